@@ -54,7 +54,7 @@ class RodParameters:
     def from_physical(
         cls, L: Number, k1: Number, k2: Number, k3: Number, gamma1: Number, gamma2: Number, gamma3: Number
     ) -> "RodParameters":
-        """A rod in SI units: L (m), stiffnesses k1, k2 (N), k3 (N m²), drags gamma1, gamma2 (N s/m²), gamma3 (N s).
+        """A rod in SI units: L (m), k1 and k2 (N), k3 (N m²), drags gamma1, gamma2 (N s/m²), gamma3 (N s).
 
         The scales are kept, so that results can be given in SI units.
         """

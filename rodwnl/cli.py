@@ -1,0 +1,86 @@
+"""The command line: which commands there are, and how each of them ends.
+
+A command is a module of `rodwnl.commands` with one function `command`; its docstring is the help text, what
+it returns is the exit code (None is 0). These modules import numerics inside the function, so that `--help`
+and every command pay only for what they use.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from rodwnl.errors import ComputationError, InputError
+
+COMMANDS = ("hopf", "landau", "predict", "reproduce", "derive")  # in the order that --help lists them
+
+
+class LazyCommands(TyperGroup):
+    """The commands by name, each imported when it is asked for."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name not in COMMANDS:
+            raise InputError(f"there is no command {cmd_name!r}; there are {', '.join(COMMANDS)}")
+        command = typer.Typer(add_completion=False)
+        command.command(cmd_name)(import_module(f"rodwnl.commands.{cmd_name}").command)
+        return typer.main.get_command(command)
+
+
+app = typer.Typer(cls=LazyCommands, add_completion=False, invoke_without_command=True)
+
+
+@app.callback()
+def rodwnl(
+    ctx: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False
+) -> None:
+    """Flutter of a rod under a follower force, near its onset: thresholds, Landau coefficients, predictions.
+
+    All numbers are dimensionless (lengths in L, times in γ₂L⁴/k₃, forces in k₃/L²) unless a rod is given in
+    SI units through --length, --k3 and --gamma2.
+    """
+    if version:
+        from rodwnl import __version__
+
+        print(f"rodwnl {__version__}")
+    elif ctx.invoked_subcommand is None:
+        print(ctx.get_help())
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit code.
+
+    0: done; 1: done, and what was compared differs; 2: bad input or nothing could be computed, one line on
+    stderr says why; 130: interrupted; 141: the reader of the output went away.
+    """
+    commands = typer.main.get_command(app)
+    try:
+        with commands.make_context("rodwnl", list(arguments)) as context:
+            code = commands.invoke(context)
+        sys.stdout.flush()
+        return code or 0
+    except typer.Exit as done:
+        return done.exit_code
+    except (InputError, ComputationError) as error:
+        return _fail(str(error))
+    except typer.TyperException as error:
+        return _fail(f"{error.format_message().rstrip('.')} (--help lists the options)")
+    except BrokenPipeError:
+        # Python flushes stdout once more on exit; give it a place where that cannot fail.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except OSError as error:
+        return _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except KeyboardInterrupt:
+        return 130
+
+
+def _fail(message: str) -> int:
+    print(f"rodwnl: {' '.join(message.split())}", file=sys.stderr)
+    return 2

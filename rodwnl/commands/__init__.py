@@ -1,0 +1,1 @@
+"""One module a command; `rodwnl.cli` says what such a module holds."""

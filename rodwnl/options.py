@@ -1,0 +1,77 @@
+"""The options that commands share, and how the texts given there become a rod and a force.
+
+Numbers arrive as text and are read exactly; nothing is rounded before the numerics.
+"""
+
+import inspect
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Annotated, Any
+
+import typer
+
+from rodwnl.errors import InputError
+from rodwnl.parameters import RodParameters, exact, positive
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document, numbers as decimal texts.")]
+MaxForce = Annotated[
+    str | None,
+    typer.Option("--max-force", metavar="F", help="Search forces up to this one. Default: min(k1, 400)."),
+]
+
+_REQUIRED = {"k1": "Stretch stiffness.", "k2": "Shear stiffness.", "gamma3": "Rotational drag."}
+_OPTIONAL = {"gamma1": "Axial drag. Default: half the transverse drag."}
+_SI = {
+    "length": "Length (m). Given with --k3 and --gamma2, all values are read and printed in SI units.",
+    "k3": "Bending stiffness (N m²).",
+    "gamma2": "Transverse drag (N s/m²).",
+}
+
+
+def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Replace the parameter `rod` of a command by the options --k1, --k2, … that describe a rod."""
+    signature = inspect.signature(command, eval_str=True)
+
+    keyword, required = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
+
+    def options(texts: dict[str, str], type_: Any, default: Any) -> list[inspect.Parameter]:
+        annotation = {
+            name: Annotated[type_, typer.Option(f"--{name}", metavar="X", help=text)]
+            for name, text in texts.items()
+        }
+        return [inspect.Parameter(n, keyword, default=default, annotation=a) for n, a in annotation.items()]
+
+    own = [p.replace(kind=keyword) for name, p in signature.parameters.items() if name != "rod"]
+    parameters = [
+        *options(_REQUIRED, str, required),
+        *options(_OPTIONAL, str | None, None),
+        *own,
+        *options(_SI, str | None, None),
+    ]
+
+    def with_rod(**given: Any) -> Any:
+        values = {name: given.pop(name) for name in (*_REQUIRED, *_OPTIONAL, *_SI)}
+        return command(rod=read_rod(values), **given)
+
+    with_rod.__doc__ = command.__doc__
+    with_rod.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    with_rod.__annotations__ = {p.name: p.annotation for p in parameters}
+    return with_rod
+
+
+def read_rod(values: dict[str, Any]) -> RodParameters:
+    """The rod that the options describe: in SI units when --length, --k3 and --gamma2 are there."""
+    own = {name: values[name] for name in (*_REQUIRED, *_OPTIONAL) if values[name] is not None}
+    si = {name: values[name] for name in _SI if values[name] is not None}
+    if not si:
+        return RodParameters(**own)
+    if len(si) < len(_SI):
+        missing = " and ".join(f"--{name}" for name in _SI if name not in si)
+        raise InputError(f"a rod in SI units also needs {missing}")
+    own.setdefault("gamma1", positive("gamma2", si["gamma2"]) / 2)
+    return RodParameters.from_physical(L=si.pop("length"), **own, **si)
+
+
+def read_force(rod: RodParameters, name: str, text: str) -> Fraction:
+    """A force given on the command line, made dimensionless when the rod was given in SI units."""
+    return exact(name, text) / (rod.scales.force if rod.scales else 1)

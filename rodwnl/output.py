@@ -1,0 +1,56 @@
+"""How results are printed: tables for people, one JSON document for programs."""
+
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, Context, Decimal
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+_PIPED_WIDTH = 100_000  # wide enough for every table: what goes to a file is never folded or cut
+_ROUNDING = Context(prec=400)  # quantize needs room for every digit of a double
+
+
+def print_json(document: Any) -> None:
+    """Print exactly one JSON document; a NaN or an infinity in it is a bug and raises ValueError."""
+    print(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
+    """Print a table, numbers right-aligned; folded only where a terminal is too narrow for it."""
+    console = Console(width=None if sys.stdout.isatty() else _PIPED_WIDTH, highlight=False, markup=False)
+    table = Table(box=SIMPLE, title=Text(title, style="bold") if title else None, title_justify="left")
+    for heading in headings:
+        table.add_column(Text(heading), justify="right", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    with console.capture() as capture:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in capture.get().splitlines()))
+
+
+def number(value: float, error: float = 0.0, digits: int = 12) -> str:
+    """A number rounded to the last place that an absolute error leaves certain, at most `digits` digits.
+
+    number(1 / 3, 1e-5) is 0.3333, number(12345.678, 2) is 1.235e+4, and number(1e-9, 1e-6) is 0.00000.
+    """
+    exact = Decimal(repr(float(value)))
+    if not exact.is_finite():
+        raise ValueError(f"{value} is not a number to print")
+    place = exact.adjusted() - digits + 1
+    if error:
+        place = max(place, int(Decimal(repr(2 * float(error))).log10().to_integral_value(ROUND_CEILING)))
+    rounded = exact.quantize(Decimal(1).scaleb(place), context=_ROUNDING)
+    if place > 0 or (rounded and rounded.adjusted() < -5):
+        return f"{rounded:e}"
+    return f"{rounded:f}"
+
+
+def complex_number(value: complex, error: float = 0.0, digits: int = 12) -> str:
+    """A complex number as the paper prints one, -971.79 + 29.09i; `error` bounds both parts."""
+    imaginary = number(abs(value.imag), error, digits)
+    return f"{number(value.real, error, digits)} {'-' if value.imag < 0 else '+'} {imaginary}i"

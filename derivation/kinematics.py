@@ -1,0 +1,168 @@
+"""Exact strains and velocities of a planar rod, and their expansions in epsilon.
+
+The exact quantities are computed from the centreline r = (x, y) and the frame e1, e2 by the definitions
+eq:definitions, in a ring where cos(theta) and sin(theta) are variables with d cos = -sin d theta and
+d sin = cos d theta. The expansion maps that ring into power series whose coefficients live in the ring of
+order-by-order jets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from sympy.polys.rings import PolyElement
+
+from derivation.jets import JetRing, jet_ring
+from derivation.symbols import FIELDS, jet_latex, jet_name, register
+
+#: eq:perturbationtheory: a quantity as its coefficients of epsilon^0 ... epsilon^N.
+Series = tuple[PolyElement, ...]
+
+_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu")
+
+
+@dataclass(frozen=True)
+class ExactKinematics:
+    """Strains (h1, h2, Pi) and velocities (v1, v2, Omega) as exact polynomials in ``ring``."""
+
+    ring: JetRing
+    strains: tuple[PolyElement, PolyElement, PolyElement]
+    velocities: tuple[PolyElement, PolyElement, PolyElement]
+
+
+@dataclass(frozen=True)
+class ExpandedKinematics:
+    """The same as series in epsilon, coefficients in the ring of jets (appendix A of the paper)."""
+
+    ring: JetRing
+    order: int
+    strains: tuple[Series, Series, Series]
+    velocities: tuple[Series, Series, Series]
+
+
+def exact_kinematics() -> ExactKinematics:
+    """eq:definitions from r, e1 and e2."""
+    ring = _exact_ring()
+    cos, sin = ring["cos"], ring["sin"]
+    r = (ring["x"], ring["y"])
+    e1, e2 = (cos, sin), (-sin, cos)
+
+    def along(name: str) -> tuple[PolyElement, PolyElement, PolyElement]:
+        """(e1 . dr, e2 . dr, e2 . de1) for d = the derivation ``name``."""
+        dr = tuple(ring.derive(c, name) for c in r)
+        de1 = tuple(ring.derive(c, name) for c in e1)
+        pairs = ((e1, dr), (e2, dr), (e2, de1))
+        return tuple(ring.reduce(a[0] * b[0] + a[1] * b[1]) for a, b in pairs)  # type: ignore[return-value]
+
+    return ExactKinematics(ring, along("u"), along("t"))
+
+
+def _exact_ring() -> JetRing:
+    jets = [f"{f}{s}" for f in FIELDS for s in ("", "_u", "_uu", "_t")]
+    for f, tex in FIELDS.items():
+        for suffix, op in (("", ""), ("_u", r"\partial_u "), ("_uu", r"\partial_u^{2} "), ("_t", r"\partial_t ")):
+            register(f + suffix, op + tex)
+    ring = jet_ring(
+        ["cos", "sin", *jets, *_PARAMETERS],
+        derivations={
+            "u": {f"{f}{a}": b and f"{f}{b}" for f in FIELDS for a, b in
+                  (("", "_u"), ("_u", "_uu"), ("_uu", None), ("_t", None))},
+            "t": {f"{f}{a}": b and f"{f}{b}" for f in FIELDS for a, b in
+                  (("", "_t"), ("_u", None), ("_uu", None), ("_t", None))},
+        },
+    )  # fmt: skip
+    cos, sin = ring["cos"], ring["sin"]
+    for name in ("u", "t"):
+        rate = ring[f"theta_{name}"]
+        ring.derivations[name].update({cos: -sin * rate, sin: cos * rate})  # type: ignore[attr-defined]
+    return JetRing(ring.ring, ring.derivations, {}, ((sin**2, 1 - cos**2),))
+
+
+def field_ring(order: int) -> JetRing:
+    """The ring of jets of x, y, theta at orders 1 ... ``order``; two times, tau and T.
+
+    Raises:
+        ValueError: if ``order`` is less than 1.
+    """
+    if order < 1:
+        raise ValueError(f"order = {order}: the expansion starts at 1")
+    # (u, tau, T) derivatives that the theory meets; T-derivatives of u-derivatives never occur.
+    held = [(u, 0, 0) for u in range(4)] + [(0, 1, 0), (1, 1, 0), (0, 0, 1)]
+    names, maps = [], {"u": {}, "tau": {}, "T": {}}
+    for n in range(1, order + 1):
+        for f in FIELDS:
+            for jet in held:
+                name = jet_name(f, n, *jet)
+                names.append(name)
+                register(name, jet_latex(f, n, *jet))
+                for k, d in enumerate(("u", "tau", "T")):
+                    shifted = tuple(e + (j == k) for j, e in enumerate(jet))
+                    maps[d][name] = jet_name(f, n, *shifted) if shifted in held else None
+    register("k1_inv", r"\tilde{k}_1^{-1}")
+    register("k2_inv", r"\tilde{k}_2^{-1}")
+    parameters = [*_PARAMETERS, "k1_inv", "k2_inv", "Delta"]
+    return jet_ring([*names, *parameters], maps, inverses={"k1": "k1_inv", "k2": "k2_inv"})
+
+
+def expand_kinematics(exact: ExactKinematics, order: int) -> ExpandedKinematics:
+    """Expand about x = nu u, y = theta = 0 through epsilon^order, for generic fields (appendix A).
+
+    ``d/dt`` becomes ``d/dtau + epsilon^2 d/dT`` (eq:timederivative).
+    """
+    ring = field_ring(order)
+    zero = ring.zero
+
+    def field(f: str) -> Series:
+        """Coefficients of the field itself; the base state nu u is carried by its u-derivative."""
+        return (zero, *(ring[jet_name(f, n, 0)] for n in range(1, order + 1)))
+
+    def d_u(s: Series, base: PolyElement) -> Series:
+        return (base, *(ring.derive(c, "u") for c in s[1:]))
+
+    def d_t(s: Series) -> Series:
+        slow = (zero, zero, *(ring.derive(c, "T") for c in s[:-2]))
+        return tuple(ring.derive(c, "tau") + t for c, t in zip(s, slow[: order + 1], strict=True))
+
+    cos, sin = cosine_and_sine(ring, field("theta"))
+    images: dict[PolyElement, Series] = {exact.ring["cos"]: cos, exact.ring["sin"]: sin}
+    for f, base in zip(FIELDS, (ring["nu"], zero, zero), strict=True):
+        images[exact.ring[f"{f}_u"]] = d_u(field(f), base)
+        images[exact.ring[f"{f}_t"]] = d_t(field(f))
+
+    def expand(p: PolyElement) -> Series:
+        return substitute(p, images, ring, order)
+
+    return ExpandedKinematics(
+        ring,
+        order,
+        tuple(map(expand, exact.strains)),  # type: ignore[arg-type]
+        tuple(map(expand, exact.velocities)),  # type: ignore[arg-type]
+    )
+
+
+def cosine_and_sine(ring: JetRing, theta: Series) -> tuple[Series, Series]:
+    """cos and sin of a series without constant term, from n c_n = -sum k theta_k s_{n-k} and its twin."""
+    cos, sin = [ring.one], [ring.zero]
+    for n in range(1, len(theta)):
+        cos.append(-sum((k * theta[k] * sin[n - k] for k in range(1, n + 1)), ring.zero) / n)
+        sin.append(sum((k * theta[k] * cos[n - k] for k in range(1, n + 1)), ring.zero) / n)
+    return tuple(cos), tuple(sin)
+
+
+def multiply(a: Series, b: Series, ring: JetRing) -> Series:
+    """Truncated Cauchy product."""
+    return tuple(sum((a[k] * b[n - k] for k in range(n + 1)), ring.zero) for n in range(len(a)))
+
+
+def substitute(p: PolyElement, images: dict[PolyElement, Series], ring: JetRing, order: int) -> Series:
+    """A polynomial of another ring at series: generators to ``images``, the others to their namesakes."""
+    total = [ring.zero] * (order + 1)
+    constant: Callable[[PolyElement], Series] = lambda c: (c, *[ring.zero] * order)  # noqa: E731
+    for monom, coeff in p.terms():
+        term = constant(ring.ring.ground_new(coeff))
+        for g, e in zip(p.ring.gens, monom, strict=True):
+            for _ in range(e):
+                term = multiply(term, images[g] if g in images else constant(ring[str(g)]), ring)
+        total = [a + b for a, b in zip(total, term, strict=True)]
+    return tuple(total)

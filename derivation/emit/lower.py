@@ -1,0 +1,122 @@
+"""From a SymPy expression to nodes: the one place that decides which arithmetic may be emitted.
+
+Sums, products, quotients, integer powers, conjugates and the functions of `FUNCTIONS` pass. A rational coefficient
+becomes a division by an integer as the last step (`5*x/6`), because the quotient of two literals would already be a
+rounded float where x is a ball or a multiprecision number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import sympy
+
+from derivation.emit.nodes import Call, Imaginary, Integer, Name, Negative, Node, Power, Product, Quotient, Sum
+
+FUNCTIONS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}  # sqrt is a power in SymPy
+
+
+class EmissionError(ValueError):
+    """An expression or a record cannot become code; the message names the part and the remedy."""
+
+
+def _opaque_is_refused(expr: sympy.Basic) -> Node:
+    raise EmissionError(
+        f"cannot emit {type(expr).__name__} in {expr}: allowed are symbols, integers, sums, products, quotients, "
+        f"integer powers, conjugate, and sin, cos, exp, sqrt in a function that takes a namespace"
+    )
+
+
+def _text(symbol: sympy.Symbol) -> str:
+    return str(symbol.name)
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """Translates expressions; `name` spells a symbol, `opaque` is what happens to a foreign node.
+
+    `exact` keeps quotients of literals out (emitted code); without it 1/2 stays 1/2 (text for readers).
+    """
+
+    name: Callable[[sympy.Symbol], str] = _text
+    opaque: Callable[[sympy.Basic], Node] = _opaque_is_refused
+    exact: bool = True
+
+    def __call__(self, expr: sympy.Expr) -> Node:
+        match expr:
+            case sympy.Symbol():
+                return Name(self.name(expr))
+            case sympy.Integer():
+                return _signed(Integer(abs(int(expr))), negative=bool(expr < 0))
+            case sympy.Rational():
+                return self._rational(expr)
+            case sympy.Add():
+                return self._sum(expr)
+            case sympy.Mul():
+                return self._product(expr)
+            case sympy.Pow(base=base, exp=sympy.Rational()) if base is not sympy.E and expr.exp.q in (1, 2):
+                return self._product(expr)
+            case sympy.conjugate(args=(operand,)):
+                return Call("conjugate", self(operand))
+        if expr is sympy.I:
+            return Imaginary()
+        if expr.func in FUNCTIONS:
+            return Call(FUNCTIONS[expr.func], self(expr.args[0]))
+        return self.opaque(expr)
+
+    def _rational(self, number: sympy.Rational) -> Node:
+        if self.exact:
+            raise _rounded(number)
+        return _signed(Quotient(Integer(abs(number.p)), Integer(number.q)), negative=bool(number < 0))
+
+    def _sum(self, expr: sympy.Add) -> Node:
+        constant, rest = expr.as_coeff_Add()
+        if self.exact and constant.is_Rational and constant.q != 1:  # x + 1/2 = (2x + 1)/2
+            whole = sympy.Add(constant.p, *(constant.q * term for term in sympy.Add.make_args(rest)))
+            return Quotient(self(whole), Integer(constant.q))
+        terms = [self(term) for term in sympy.ordered(expr.args)]
+        leading = next((i for i, term in enumerate(terms) if not isinstance(term, Negative)), 0)
+        return Sum((terms[leading], *terms[:leading], *terms[leading + 1 :]))
+
+    def _product(self, expr: sympy.Expr) -> Node:
+        coefficient, rest = expr.as_coeff_Mul()
+        if not coefficient.is_Rational:  # 2.5*x
+            return self.opaque(coefficient)
+        if self.exact and coefficient.q != 1 and not rest.free_symbols:  # i/3
+            raise _rounded(expr)
+        above, below = [], []
+        for factor in sympy.ordered(sympy.Mul.make_args(rest)):
+            base, exponent = factor.as_base_exp()
+            if exponent.is_Rational and exponent.q in (1, 2) and base not in (sympy.E, sympy.S.NegativeOne):
+                side = above if exponent > 0 else below
+                side.append(self._power(base, abs(exponent)))
+            else:
+                above.append(self(factor))
+        node = _joined(Product, _literal(abs(coefficient.p)) + above)
+        if below or coefficient.q != 1:
+            node = Quotient(node, _joined(Product, _literal(coefficient.q) + below))
+        return _signed(node, negative=bool(coefficient < 0))
+
+    def _power(self, base: sympy.Expr, exponent: sympy.Rational) -> Node:
+        node = self(base) if exponent.q == 1 else Call("sqrt", self(base))
+        return node if exponent.p == 1 else Power(node, int(exponent.p))
+
+
+def _rounded(constant: sympy.Expr) -> EmissionError:
+    return EmissionError(f"the bare constant {constant} would be rounded: multiply it by an argument")
+
+
+def _signed(node: Node, negative: bool) -> Node:
+    return Negative(node) if negative else node
+
+
+def _literal(value: int) -> list[Node]:
+    return [] if value == 1 else [Integer(int(value))]
+
+
+def _joined(kind: type[Product], parts: Iterable[Node]) -> Node:
+    parts = tuple(parts)
+    if len(parts) > 1:
+        return kind(parts)
+    return parts[0] if parts else Integer(1)

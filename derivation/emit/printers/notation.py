@@ -1,0 +1,102 @@
+"""How a language writes each kind of node: one table a language, one function that reads the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from derivation.emit.nodes import Call, Imaginary, Integer, Name, Negative, Node, Power, Product, Quotient, Sum
+
+SUM, PRODUCT, POWER, ATOM = range(4)  # how tightly a piece of text binds
+
+BINDS: Mapping[type, int] = {Negative: SUM, Sum: SUM, Product: PRODUCT, Quotient: PRODUCT, Power: POWER}
+
+
+@dataclass(frozen=True)
+class Notation:
+    """Templates of one language. A part that binds less tightly than its place asks for is put in brackets."""
+
+    imaginary: str
+    times: str = "*"
+    quotient: tuple[str, int, int] = ("{}/{}", PRODUCT, POWER)
+    power: str = "{}**{}"
+    squares: bool = False
+    """Spell a higher power of a name as a product of its squares."""
+    conjugate: tuple[str, int] = ("{}.conjugate()", ATOM)
+    call: str = "{}({})"
+    functions: Mapping[str, str] = field(default_factory=dict)
+    brackets: str = "({})"
+
+
+def expression(node: Node, notation: Notation) -> str:
+    """The node in the given language, on one line."""
+
+    def part(node: Node, place: int) -> str:
+        return _placed(node, place, notation)
+
+    match _in_squares(node, notation):
+        case Name(text):
+            return text
+        case Integer(value):
+            return str(value)
+        case Imaginary():
+            return notation.imaginary
+        case Negative(operand):
+            return "-" + part(operand, PRODUCT)
+        case Sum():
+            return "".join(terms(node, notation))
+        case Product(factors):
+            return notation.times.join(part(factor, PRODUCT) for factor in factors)
+        case Quotient(numerator, denominator):
+            template, above, below = notation.quotient
+            return template.format(part(numerator, above), part(denominator, below))
+        case Power(base, exponent):
+            return notation.power.format(part(base, ATOM), exponent)
+        case Call("conjugate", operand):
+            template, place = notation.conjugate
+            return template.format(part(operand, place))
+        case Call(function, operand):
+            return notation.call.format(notation.functions.get(function, function), part(operand, SUM))
+    raise TypeError(f"no notation for {node!r}")
+
+
+def terms(node: Node, notation: Notation) -> list[str]:
+    """The terms of a sum with their signs (of anything else: the one term), to be joined or broken into lines."""
+    if not isinstance(node, Sum):
+        return [expression(node, notation)]
+    first, *others = node.terms
+    return [_placed(first, SUM, notation)] + [
+        " - " + _placed(term.operand, PRODUCT, notation)
+        if isinstance(term, Negative)
+        else " + " + _placed(term, PRODUCT, notation)
+        for term in others
+    ]
+
+
+def _placed(node: Node, place: int, notation: Notation) -> str:
+    node = _in_squares(node, notation)
+    text = expression(node, notation)
+    return text if BINDS.get(type(node), ATOM) >= place else notation.brackets.format(text)
+
+
+def _in_squares(node: Node, notation: Notation) -> Node:
+    match node:
+        case Power(Name() as base, exponent) if notation.squares and exponent > 2:
+            return Product((Power(base, 2),) * (exponent // 2) + (base,) * (exponent % 2))
+    return node
+
+
+TEXT = Notation(imaginary="i", times=" ", quotient=("{}/{}", PRODUCT, POWER), power="{}^{}", conjugate=("conj({})", SUM))
+
+LATEX = Notation(
+    imaginary=r"\mathrm{i}",
+    times=r"\,",
+    quotient=(r"\frac{{{}}}{{{}}}", SUM, SUM),
+    power="{{{}}}^{{{}}}",
+    conjugate=(r"\overline{{{}}}", SUM),
+    call=r"{}\left({}\right)",
+    functions={"sin": r"\sin", "cos": r"\cos", "exp": r"\exp", "sqrt": r"\operatorname{sqrt}"},
+    brackets=r"\left({}\right)",
+)
+
+PYTHON = Notation(imaginary="1j", call="xp.{}({})", squares=True)  # numpy: x**3 is 3 to 8 times slower than x**2*x

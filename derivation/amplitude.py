@@ -1,0 +1,83 @@
+r"""The Stuart-Landau equation in polar form and what it predicts.
+
+dA/dT = alpha |A|^2 A + beta Delta A with A = R e^{i phi}. Dividing by e^{i phi}, the real part gives dR/dT and
+the imaginary part R dphi/dT; everything else is algebra in the ring of (R, Delta, Re/Im alpha, Re/Im beta).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sympy import Expr, sqrt
+from sympy.polys.rings import PolyElement
+
+from derivation.jets import JetRing, jet_ring
+from derivation.symbols import symbol
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """Polar equations, the constant-modulus solution, its stability and the physical predictions.
+
+    Attributes:
+        ring: the ring of R, Delta and the parts of alpha and beta.
+        radial: dR/dT (eq:radial_amplitude).
+        phase: dphi/dT (eq:phase_amplitude).
+        saturated: R*^2 as (numerator, denominator) (eq:saturated_amplitude).
+        stability: d(dR/dT)/dR at R* (unnumbered display after eq:saturated_amplitude).
+        sigma: dphi/dT at R* as (numerator, denominator) (eq:slow_frequency).
+        tip_amplitude, frequency: A_tip and omega against force minus critical force
+            (eq:tipamplitude, eq:tipfrequency).
+        amplitude_slope, frequency_slope: d(A_tip^2)/dF and d omega/dF along the branch.
+    """
+
+    ring: JetRing
+    radial: PolyElement
+    phase: PolyElement
+    saturated: tuple[PolyElement, PolyElement]
+    stability: PolyElement
+    sigma: tuple[PolyElement, PolyElement]
+    tip_amplitude: Expr
+    frequency: Expr
+    amplitude_slope: Expr
+    frequency_slope: Expr
+
+
+def amplitude_equations() -> Amplitude:
+    """From the Stuart-Landau equation to A_tip(F) and omega(F)."""
+    ring = jet_ring(["R", "Delta", "alpha_re", "alpha_im", "beta_re", "beta_im"])
+    r, delta = ring["R"], ring["Delta"]
+    alpha = ring["alpha_re"] + ring.i * ring["alpha_im"]
+    beta = ring["beta_re"] + ring.i * ring["beta_im"]
+    # A = R e^{i phi}: dA/dT e^{-i phi} = dR/dT + i R dphi/dT = alpha R^3 + beta Delta R.
+    right = alpha * r**3 + beta * delta * r
+    radial = ring.real(right)
+    phase = ((right - radial) / ring.ring.domain(0, 1)).exquo(r)
+
+    # dR/dT = R (c0 + c2 R^2) vanishes at R*^2 = -c0/c2.
+    rate = radial.exquo(r)
+    c2 = ring.coefficient(rate, r**2, [r])
+    c0 = ring.coefficient(rate, ring.one, [r])
+    saturated = (-c0, c2)
+    # d/dR at R*: c0 + 3 c2 R*^2.
+    stability = c0 + 3 * saturated[0]
+    p2 = ring.coefficient(phase, r**2, [r])
+    p0 = ring.coefficient(phase, ring.one, [r])
+    sigma = (p0 * c2 + p2 * saturated[0], c2)
+
+    detuning = symbol("detuning")
+    r_squared = (-c0).as_expr().subs(symbol("Delta"), detuning) / c2.as_expr()
+    slope = (sigma[0].as_expr() / sigma[1].as_expr()).subs(symbol("Delta"), 1).expand()
+    # The tip moves by 2 epsilon R* cos(...), and epsilon^2 Delta is the force minus its critical value.
+    return Amplitude(
+        ring,
+        radial,
+        phase,
+        saturated,
+        stability,
+        sigma,
+        tip_amplitude=2 * sqrt(r_squared),
+        frequency=symbol("omega") + slope * detuning,
+        amplitude_slope=4 * r_squared / detuning,
+        frequency_slope=slope,
+    )

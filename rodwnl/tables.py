@@ -21,7 +21,7 @@ _NUMBER = re.compile(r"(-?\d+(?:\.\d+)?)(?: ([+-]) (\d+(?:\.\d+)?)i)?")
 
 @dataclass(frozen=True)
 class PrintedRow:
-    """One row of a table: which rod, which of its thresholds (1 is the lowest), the cells' texts by column."""
+    """One row of a table: which rod, which of its thresholds (1 is the lowest), the cells by column."""
 
     table: str
     name: str

@@ -1,7 +1,7 @@
 """The full nonlinear rod on a Chebyshev grid: q_t = f(q), exact, with its exact Jacobian.
 
-Written by hand from the equations of motion, so that what is computed with it checks the expansion and not itself.
-Lengths are in L, times in γ2 L⁴/k3 (so γ2 = k3 = 1), forces in k3/L².
+Written by hand from the equations of motion, so that what is computed with it checks the expansion and not
+itself. Lengths are in L, times in γ2 L⁴/k3 (so γ2 = k3 = 1), forces in k3/L².
 
 Balance of forces and of moments in the frame of the cross-section (paper: eq:explicitdynamics, eq:drag,
 eq:constitutive), with h1 = cosθ x' + sinθ y', h2 = −sinθ x' + cosθ y', Π = θ':
@@ -9,9 +9,9 @@ eq:constitutive), with h1 = cosθ x' + sinθ y', h2 = −sinθ x' + cosθ y', Π
     γ1 v1 = F1' − Π F2,    v2 = F2' + Π F1,    γ3 Ω = M' + h1 F2 − h2 F1,
     F1 = k1 (h1 − 1),      F2 = k2 h2,         M = Π.
 
-Clamp (eq:clamping): x = y = θ = 0 at u = 0. Follower load (eq:follower), with ν = 1 − F/k1:
-x' = ν cosθ, y' = ν sinθ, θ' = 0 at u = 1. The derivative at the tip is linear in the tip value, so these three
-conditions give first θ(1), then x(1) and y(1), in closed form: an ordinary differential equation is left.
+Clamp (eq:clamping): x = y = θ = 0 at u = 0. Follower load (eq:follower), with ν = 1 − F/k1: x' = ν cosθ, y'
+= ν sinθ, θ' = 0 at u = 1. The derivative at the tip is linear in the tip value, so these three conditions
+give first θ(1), then x(1) and y(1), in closed form: an ordinary differential equation is left.
 """
 
 from __future__ import annotations
@@ -46,9 +46,10 @@ class Grid:
 def chebyshev(degree: int) -> Grid:
     """The grid of polynomials of this degree N. Its arrays are read-only: every caller gets the same ones.
 
-    Node differences come from the product of sines and each diagonal from the negative sum of its row, which keeps
-    the derivative of a constant at exactly zero and the round-off low (Baltensperger & Trummer 2003,
-    doi:10.1137/S1064827501388182); the second derivative from Welfert's recursion (1997, doi:10.1137/S0036142993295545).
+    Node differences come from the product of sines and each diagonal from the negative sum of its row, which
+    keeps the derivative of a constant at zero and the round-off low (Baltensperger & Trummer 2003,
+    doi:10.1137/S1064827501388182); the second derivative from Welfert's recursion (1997,
+    doi:10.1137/S0036142993295545).
     """
     if degree < MIN_DEGREE:
         raise ValueError(f"degree is {degree}; a Chebyshev grid for the rod needs at least {MIN_DEGREE}")
@@ -73,7 +74,7 @@ def chebyshev(degree: int) -> Grid:
 
 
 def _clenshaw_curtis(degree: int) -> Array:
-    """Weights w with ∫₀¹ p du = w·p(nodes) for polynomials p up to the degree: ∫₀¹ T_k(2u−1) du = 1/(1−k²), k even."""
+    """w·p(nodes) = ∫₀¹ p du for polynomials p up to the degree: ∫₀¹ T_k(2u − 1) du = 1/(1 − k²), k even."""
     k = np.arange(0, degree + 1, 2)
     moments = 1.0 / (1.0 - k**2.0)
     ends = np.ones(degree + 1)
@@ -84,15 +85,15 @@ def _clenshaw_curtis(degree: int) -> Array:
 
 @dataclass(frozen=True)
 class DiscreteRod:
-    """The rod under one force on one grid. Built by `discretise`; `at_force` gives the same rod under another force.
+    """The rod under one force on one grid. Built by `discretise`, moved to another by `at_force`.
 
-    A state q has shape (…, 3n), n = N − 1: x, then y, then θ at the inner nodes (any leading axes: many states at
-    once). What happens at the clamp and at the tip follows from it.
+    A state q has shape (…, 3n), n = N − 1: x, then y, then θ at the inner nodes (any leading axes: many
+    states at once). What happens at the clamp and at the tip follows from it.
 
-    nodes (n,): the inner nodes. tip_row (n,): inner values -> tip value of a field whose derivative vanishes at the
-    tip. inner (n, 2n): such a field's inner values, from the right -> its first and second derivatives at the inner
-    nodes. edge (2n,): the same derivatives of the field that is 0 at the inner nodes and has unit slope at the tip;
-    edge_tip: that field's tip value.
+    nodes (n,): the inner nodes. tip_row (n,): inner values -> tip value of a field whose derivative
+    vanishes at the tip. inner (n, 2n): such a field's inner values, from the right -> its first and second
+    derivatives at the inner nodes. edge (2n,): the same derivatives of the field that is 0 at the inner
+    nodes and has unit slope at the tip; edge_tip: that field's tip value.
     """
 
     k1: float
@@ -165,7 +166,7 @@ class DiscreteRod:
         first, second = self.inner[:, :n].T, self.inner[:, n:].T
         by_x_u, by_x_uu, by_y_u, by_y_uu, by_theta, by_theta_u, by_theta_uu = self._partials(local)
         out = np.empty((*q.shape[:-1], 3 * n, 3 * n))
-        # x' and y' depend on θ(1) as well: ∂x'/∂θ = −ν sinθ(1) edge ⊗ tip_row, ∂y'/∂θ = ν cosθ(1) edge ⊗ tip_row
+        # x' and y' know θ(1) as well: ∂x'/∂θ = −ν sinθ(1) edge ⊗ tip_row, ∂y'/∂θ = ν cosθ(1) edge ⊗ tip_row
         x_tip, y_tip = -self.nu * local.sin_tip[..., None], self.nu * local.cos_tip[..., None]
         edge_u, edge_uu = self.edge[:n], self.edge[n:]
         for row in range(3):
@@ -220,7 +221,7 @@ class DiscreteRod:
         return _Local(c, s, cos_tip, sin_tip, h1, h2, pi, p1, p2, v1, v2, omega)
 
     def _partials(self, local: _Local) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-        """Derivatives of (x_t, y_t, θ_t) at a node by (x', x'', y', y'', θ, θ', θ'') there: (3, …, n) each, the last 1/γ3."""
+        """∂(x_t, y_t, θ_t) by x', x'', y', y'', θ, θ' at a node, (3, …, n) each; by θ'': (0, 0, the last)."""
         c, s, h1, h2, pi, p1, p2 = local.c, local.s, local.h1, local.h2, local.pi, local.p1, local.p2
         v1, v2, k1, k2, k = local.v1, local.v2, self.k1, self.k2, self.k1 - self.k2
         kg, g1, g3 = k / self.gamma1, self.gamma1, self.gamma3
@@ -247,7 +248,7 @@ class DiscreteRod:
 
 @dataclass(frozen=True)
 class _Local:
-    """At the inner nodes: direction (c, s) of e1, strains, turned second derivatives, velocities; cosθ, sinθ at the tip."""
+    """At the inner nodes: e1 = (c, s), strains, (x'', y'') along e1, e2, velocities; at the tip cosθ, sinθ."""
 
     c: Array
     s: Array
@@ -266,9 +267,10 @@ class _Local:
 def discretise(
     k1: float, k2: float, gamma3: float, gamma1: float, force: float, degree: int = 32
 ) -> DiscreteRod:
-    """The rod with these dimensionless stiffnesses and drags under a follower force, on Chebyshev points of this degree.
+    """The rod with these dimensionless stiffnesses and drags under a follower force, on this degree's
+    points.
 
-    24 to 32 suffice for the first modes; round-off grows like degree⁴ (3e-8, 4e-7, 6e-6 for 32, 64, 128).
+    24 to 32 suffice for the first modes; the round-off of the second derivative grows like degree⁴.
     """
     grid = chebyshev(degree)
     last = grid.first[-1, -1]

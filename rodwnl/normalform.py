@@ -1,0 +1,181 @@
+"""α and β of a rod by an independent route: the discretised full rod, differentiated exactly.
+
+Nothing of the expansion is used. The rod in its strains, E w_t = R(w, F) (`strainform`), is linearised at
+the straight state; its critical eigenvectors and the exact second and third derivatives of R give the
+coefficients of
+
+    dA/dt = α |A|² A + β (F − F_c) A
+
+by the textbook projection (Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed., section 5.4), here
+with a constant singular E and a mode whose tip displacement is 1, so that the tip moves by 2 |A| cos.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl.errors import ComputationError
+from rodwnl.nilpotent import Nilpotent, Value, nilpotent
+from rodwnl.strainform import RodLaw, Triple, mass, residual, tip
+
+Vector = NDArray[Any]
+MAX_STEPS = 50
+SETTLED = (
+    1e-8  # relative Newton step in (F, ω) after which the error, its square, is below float64's round-off
+)
+
+
+@dataclass(frozen=True)
+class NormalForm:
+    """A Hopf point of the discretised rod; lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+
+    mode, adjoint (3(N+1),): right and left eigenvectors (slopes of h1, h2, Π at the nodes), tip
+    displacement of the mode 1, adjoint*·E·mode = 1. residual: of the eigenproblem, relative to its largest
+    row. tail: the mode's two last Chebyshev coefficients relative to its largest; where it is not small N
+    is too low.
+    """
+
+    force: float
+    omega: float
+    alpha: complex
+    beta: complex
+    degree: int
+    mode: Vector
+    adjoint: Vector
+    residual: float
+    tail: float
+
+
+def normal_form(law: RodLaw, force: float, omega: float, degree: int = 32) -> NormalForm:
+    """The Hopf point nearest to this guess, and α and β there.
+
+    Raises ComputationError where Newton's iteration does not arrive at a Hopf point.
+    """
+    rod = _Discrete(law, degree)
+    force, omega, q, p = _hopf_point(rod, force, omega)
+    w, E = rod.straight(force), rod.mass
+    L = rod.jacobian(w, force)
+
+    def B(a: Vector, b: Vector) -> Vector:
+        return rod.derivative(w, force, (a, 0.0), (b, 0.0))
+
+    def C(a: Vector, b: Vector, c: Vector) -> Vector:
+        return rod.derivative(w, force, (a, 0.0), (b, 0.0), (c, 0.0))
+
+    # h11 = −L⁻¹ B(q, q̄),   h20 = (2iω E − L)⁻¹ B(q, q)
+    h11 = -np.linalg.solve(L, B(q, q.conj()))
+    h20 = np.linalg.solve(2j * omega * E - L, B(q, q))
+    # α = ⟨p, ½ C(q, q, q̄) + B(q, h11) + ½ B(q̄, h20)⟩,   β = ⟨p, dL/dF q⟩,   ⟨p, E q⟩ = 1
+    alpha = p.conj() @ (C(q, q, q.conj()) / 2 + B(q, h11) + B(q.conj(), h20) / 2)
+    beta = p.conj() @ rod.along_force(w, force, q)
+    defect = np.abs(L @ q - 1j * omega * (E @ q)).max() / (np.abs(L) @ np.abs(q)).max()
+    return NormalForm(
+        force, omega, complex(alpha), complex(beta), degree, q, p, float(defect), _tail(q, degree)
+    )
+
+
+@dataclass(frozen=True)
+class _Discrete:
+    """The law on one grid, with the fields strung into one vector of 3(N+1) slopes."""
+
+    law: RodLaw
+    degree: int
+
+    @cached_property
+    def mass(self) -> Vector:
+        return np.kron(np.eye(3), mass(self.degree))
+
+    def straight(self, force: float) -> Vector:
+        """The straight state, R(w, F) = 0 with h2 = Π = 0, by Newton's method from constant strains."""
+        w = np.zeros(3 * (self.degree + 1))
+        for _ in range(MAX_STEPS):
+            step = np.linalg.solve(self.jacobian(w, force), self.derivative(w, force))
+            w = w - step
+            if np.abs(step).max() <= 1e-15 * (1 + np.abs(w).max()):
+                return w
+        raise ComputationError(f"no straight equilibrium was found at force {force:.17g}")
+
+    def derivative(self, w: Vector, force: float, *directions: tuple[Vector, float]) -> Vector:
+        """D^k R(w, F) along k directions (dw, dF) of shape (…, 3(N+1)) and number; R itself for k = 0."""
+        slopes = nilpotent(w, *((i, d) for i, (d, _) in enumerate(directions, 1)))
+        loads = nilpotent(force, *((i, d) for i, (_, d) in enumerate(directions, 1)))
+        rows = residual(self.law, self._fields(slopes), loads, self.degree)
+        wanted = range(1, len(directions) + 1)
+        shape = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
+        each = (*shape[:-1], self.degree + 1)
+        return np.concatenate([np.broadcast_to(row.part(*wanted), each) for row in rows], axis=-1)
+
+    def jacobian(self, w: Vector, force: float) -> Vector:
+        """L = ∂R/∂w."""
+        return self.derivative(w, force, (np.eye(w.size), 0.0)).T
+
+    def along_force(self, w: Vector, force: float, q: Vector) -> Vector:
+        """dL/dF q while the straight state moves with the force: L s + ∂R/∂F = 0, D²R[(q, 0), (s, 1)]."""
+        pull = self.derivative(w, force, (np.zeros_like(w), 1.0))
+        shift = -np.linalg.solve(self.jacobian(w, force), pull)
+        return self.derivative(w, force, (q, 0.0), (shift, 1.0))
+
+    def tip_row(self, w: Vector, force: float) -> Vector:
+        """ℓ: slopes -> transverse displacement of the tip, linearised."""
+        slopes = nilpotent(w, (1, np.eye(w.size)))
+        row: Vector = tip(self.law, self._fields(slopes), force, self.degree)[1].part(1)
+        return row
+
+    def _fields(self, slopes: Nilpotent) -> Triple:
+        n = self.degree + 1
+
+        def field(i: int) -> Value:
+            return slopes.map(lambda a: a[..., i * n : (i + 1) * n])
+
+        return field(0), field(1), field(2)
+
+
+def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
+    """(F, ω, q, p) with L(F) q = iω E q, p* L = iω p* E, ℓ q = 1, p* E q = 1.
+
+    Newton's method on the scalar g(F, ω) of the bordered systems (Govaerts, Numerical Methods for
+    Bifurcations of Dynamical Equilibria, 2000, chapter 3), which vanishes exactly where iω is an
+    eigenvalue: (M b; ℓ 0)(q; g) = (0; 1) and (p* h)(M b; ℓ 0) = (0 1), M = L − iω E, so that dg = −p* dM q.
+    """
+    size = 3 * (rod.degree + 1)
+    b = np.ones(size, dtype=complex)
+    right, left = np.zeros(size + 1), np.zeros(size + 1)
+    right[-1] = left[-1] = 1.0
+    settled = False
+    for _ in range(MAX_STEPS):
+        w = rod.straight(force)
+        M = rod.jacobian(w, force) - 1j * omega * rod.mass
+        bordered = np.block([[M, b[:, None]], [rod.tip_row(w, force), np.zeros((1, 1))]])
+        q, g = np.split(np.linalg.solve(bordered, right), [size])
+        p = np.linalg.solve(bordered.conj().T, left)[:size]
+        Eq = rod.mass @ q
+        if settled:
+            return float(force), float(omega), q, p / (p.conj() @ Eq).conj()
+        # g = p* M_F q dF − i p* E q dω
+        by_force, by_omega = p.conj() @ rod.along_force(w, force, q), -1j * (p.conj() @ Eq)
+        columns = np.array([[by_force.real, by_omega.real], [by_force.imag, by_omega.imag]])
+        if not np.isfinite(columns).all() or np.linalg.cond(columns) > 1e15:
+            break
+        d_force, d_omega = np.linalg.solve(columns, [g[0].real, g[0].imag])
+        force, omega = force + d_force, omega + d_omega
+        b = Eq / np.abs(Eq).max()
+        settled = abs(d_force) <= SETTLED * abs(force) and abs(d_omega) <= SETTLED * abs(omega)
+    raise ComputationError(
+        f"no Hopf point found: the search stood at force {force:.6g}, frequency {omega:.6g} when it stopped; "
+        "start it closer to the threshold"
+    )
+
+
+def _tail(q: Vector, degree: int) -> float:
+    """The two last Chebyshev coefficients of each field, relative to its largest; vanishing fields left out."""
+    fields = q.reshape(3, degree + 1)
+    mirrored = np.concatenate([fields, fields[:, -2:0:-1]], axis=1)
+    series = np.abs(np.fft.fft(mirrored, axis=1)[:, : degree + 1])
+    largest = series.max(axis=1)
+    kept = largest > 1e-30 * largest.max()  # the stretch vanishes by symmetry
+    return float((series[kept, -2:].max(axis=1) / largest[kept]).max())

@@ -1,0 +1,163 @@
+"""Exact evaluation: a threshold and its α, β to as many correct digits as asked for.
+
+Everything is in closed form (rodwnl/closedform.py); what remains is rounding, and it is measured. All is
+evaluated at two working precisions, and digits are given out only when both agree on them. Where numbers
+cancel (stiff rods, exponents that nearly coincide) the working precision rises by the digits that were seen
+to be lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import mpmath as mp
+
+from rodwnl import kernels
+from rodwnl.closedform import Coefficients, boundary_rows, coefficients, critical_state
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.fields import MpArithmetic, Scalar
+from rodwnl.parameters import RodParameters
+
+MAX_DIGITS = 10_000
+GUARD = 15  # digits carried beyond those asked for, at first
+ATTEMPTS = 8  # how often the working precision is raised before giving up
+MAX_STEP = 0.1  # a longer relative step of Newton's iteration leaves the threshold that it was started at
+
+
+class MpNumbers(MpArithmetic):
+    """mpmath at its current working precision, with what it takes to find modes."""
+
+    def number(self, value: Fraction) -> Scalar:
+        return mp.mpf(value.numerator) / value.denominator
+
+    def sqrt(self, z: Scalar) -> Scalar:
+        return mp.sqrt(z)
+
+    def solve(self, matrix: list[list[Scalar]], right: list[Scalar]) -> list[Scalar]:
+        return list(mp.lu_solve(mp.matrix(matrix), mp.matrix(right)))
+
+
+@dataclass(frozen=True)
+class ExactThreshold:
+    """A Hopf threshold to `digits` digits, each of these numbers (of complex ones: each part).
+
+    force, omega (mpf), alpha, beta (mpc), A_tip2_slope, omega_slope (mpf): dimensionless. working_digits: the
+    precision at which they were computed. agreement: the digits to which two working precisions agree.
+    residuals: equations that were not imposed, relative to their terms, at the working precision.
+    """
+
+    force: Scalar
+    omega: Scalar
+    alpha: Scalar
+    beta: Scalar
+    A_tip2_slope: Scalar
+    omega_slope: Scalar
+    digits: int
+    working_digits: int
+    agreement: float
+    residuals: dict[str, Scalar]
+
+
+def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: int = 30) -> ExactThreshold:
+    """The Hopf threshold near (force, omega) and its α, β, to `digits` correct digits.
+
+    force, omega: an approximation, good to a few digits. Raises InputError for digits outside 1…10000,
+    ComputationError when there is no threshold near the approximation or the digits cannot be reached.
+    """
+    digits = checked_digits(digits)
+    working = digits + GUARD
+    coarse = _evaluate(rod, mp.mpf(force), mp.mpf(omega), working)
+    for _ in range(ATTEMPTS):
+        lower, working = working, working + GUARD
+        fine = _evaluate(rod, coarse.force, coarse.omega, working)
+        agreement = _agreement(coarse, fine)
+        if agreement >= digits + 2:
+            return _record(fine, digits, working, agreement)
+        lost = lower - int(agreement)
+        coarse, working = fine, max(working, digits + lost)
+    raise ComputationError(
+        f"{digits} digits were not reached at the threshold near force {mp.nstr(coarse.force, 8)}: "
+        f"with {lower} working digits two evaluations agree to {agreement:.0f}; is the crossing degenerate?"
+    )
+
+
+def checked_digits(digits: object) -> int:
+    """The number of digits asked for, or InputError."""
+    if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MAX_DIGITS:
+        raise InputError(f"digits is {digits!r}, but it must be a whole number from 1 to {MAX_DIGITS}")
+    return digits
+
+
+def _evaluate(rod: RodParameters, force: Scalar, omega: Scalar, working: int) -> Coefficients:
+    """The threshold and its coefficients at one working precision."""
+    with mp.workdps(working):
+        force, omega = refine_threshold(rod, force, omega)
+        return coefficients(critical_state(rod, force, omega, MpNumbers()))
+
+
+def _agreement(a: Coefficients, b: Coefficients) -> float:
+    """Digits to which two evaluations agree, in the worst of force, ω and the parts of α and β."""
+    numbers = [
+        (c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag, *_slopes(c)) for c in (a, b)
+    ]
+    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in zip(*numbers, strict=True) if x != y]
+    return float(-mp.log10(max(differing))) if differing else float("inf")
+
+
+def _slopes(c: Coefficients) -> tuple[Scalar, Scalar]:
+    """Slopes of A_tip² and of ω in the force, along the branch at its onset."""
+    return kernels.A_tip2_slope(c.alpha, c.beta), kernels.omega_slope(c.alpha, c.beta)
+
+
+def _record(c: Coefficients, digits: int, working: int, agreement: float) -> ExactThreshold:
+    with mp.workdps(working):
+        slopes = _slopes(c)
+    return ExactThreshold(c.force, c.omega, c.alpha, c.beta, *slopes, digits, working, agreement, c.residuals)
+
+
+def refine_threshold(rod: RodParameters, force: Scalar, omega: Scalar) -> tuple[Scalar, Scalar]:
+    """Newton for D(iω, F) = 0, two real equations, to the current working precision.
+
+    Slopes are differences over 10^(−precision/2), so that every step still doubles the digits; the precision
+    of a step follows the digits that are already there. Raises ComputationError when it does not converge.
+    """
+    final, precision = mp.mp.dps, 20
+    for _ in range(60):
+        precision = min(precision, final)
+        with mp.workdps(precision + 5):
+            step = _newton_step(rod, force, omega, mp.mpf(10) ** (-(precision // 2)))
+            relative = max(abs(step[0] / force), abs(step[1] / omega))
+            if relative > MAX_STEP:
+                break
+            force, omega = force + step[0], omega + step[1]
+        if relative < mp.mpf(10) ** (-(precision // 2) - 1):
+            if precision == final:
+                return +force, +omega
+            precision = 2 * precision - 5
+    raise ComputationError(
+        f"Newton's iteration finds no Hopf threshold near force {mp.nstr(force, 10)}, "
+        f"omega {mp.nstr(omega, 10)}"
+    )
+
+
+def _newton_step(rod: RodParameters, force: Scalar, omega: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
+    """(ΔF, Δω) with D + D_F ΔF + D_ω Δω = 0, slopes by differences over h; infinite if they are parallel."""
+    D = characteristic(rod, force, omega)
+    D_force = (characteristic(rod, force * (1 + h), omega) - D) / (force * h)
+    D_omega = (characteristic(rod, force, omega * (1 + h)) - D) / (omega * h)
+    determinant = (D_force * D_omega.conjugate()).imag
+    if determinant == 0:
+        return mp.inf, mp.inf
+    return -(D * D_omega.conjugate()).imag / determinant, -(D_force * D.conjugate()).imag / determinant
+
+
+def characteristic(rod: RodParameters, force: Scalar, omega: Scalar) -> Scalar:
+    """The determinant of the four boundary conditions at λ = iω, an analytic function of (F, ω).
+
+    Divided by r1 r2 (r1² − r2²)² it depends neither on the signs of the roots nor on their order.
+    """
+    state = critical_state(rod, force, omega, MpNumbers())
+    determinant = mp.det(mp.matrix(boundary_rows(state, kernels.boundary_column, state.lam)))
+    r1, _, r2, *_ = state.exponents.basis
+    return determinant / (r1 * r2 * (r1**2 - r2**2) ** 2)

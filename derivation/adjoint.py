@@ -100,12 +100,13 @@ def _natural_conditions(
 
 
 def _without_constant_factor(ring: JetRing, p: PolyElement) -> PolyElement:
-    """A condition p = 0 up to its constant factor: c Psi = 0 becomes Psi = 0, and the sign is made positive."""
+    """A condition p = 0 up to its constant factor: c Psi = 0 becomes Psi = 0; the highest derivative is positive."""
     jets = [g for g in ring.generators_of(p) if str(g).startswith("Psi")]
     split = ring.parts(p, jets)
     if len(split) == 1:
         return next(iter(split))
-    return p if p.LC.x > 0 else -p
+    highest = max(split, key=lambda m: str(m).count("u"))
+    return p if split[highest].LC.x > 0 else -p
 
 
 def _with_adjoint_rules(

@@ -15,7 +15,7 @@ from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing, homomorphism, jet_ring
 from derivation.symbols import BAR, FIELDS, SHAPES, TIP, jet_name, register, shape_latex
 
-_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu", "k1_inv", "k2_inv", "Delta", "omega")
+_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu", "k1_inv", "k2_inv", "Delta", "omega", "lam")
 _AMPLITUDES = ("A", "A_T")
 #: Highest u-derivative held of each shape function.
 _JETS = {"Theta": 3, "Y": 3, "H": 0, "X0": 2, "X2": 2, "P0": 1, "P2": 1, "Psi_Y": 3, "Psi_Theta": 3}
@@ -99,6 +99,12 @@ class Modes:
     def at_clamp(self, p: PolyElement) -> PolyElement:
         """The value at u = 0, modulo the clamp."""
         return self.ring.rewrite(self.ring.rewrite(p, self.interior), self.clamp)
+
+    def eigenoperator(self, linear: tuple[PolyElement, ...]) -> tuple[PolyElement, PolyElement]:
+        """The rows of M applied to (Y, Theta), from the order-1 rows Gamma d_tau xi - M xi."""
+        ring, i_omega = self.ring, self.ring.i * self.ring["omega"]
+        y, theta = (self.component(self.image(row), ring["A"]) for row in linear[1:])
+        return i_omega * ring["Y"] - y, i_omega * ring["gamma3"] * ring["Theta"] - theta
 
     def with_rules(
         self,

@@ -72,6 +72,6 @@ def read_rod(values: dict[str, Any]) -> RodParameters:
     return RodParameters.from_physical(L=si.pop("length"), **own, **si)
 
 
-def read_force(rod: RodParameters, name: str, text: str) -> Fraction:
+def read_force(rod: RodParameters, name: str, text: str | None) -> Fraction | None:
     """A force given on the command line, made dimensionless when the rod was given in SI units."""
-    return exact(name, text) / (rod.scales.force if rod.scales else 1)
+    return None if text is None else exact(name, text) / (rod.scales.force if rod.scales else 1)

@@ -1,0 +1,102 @@
+"""What `hopf`, `landau` and `predict` print about a rod: its values, the range searched, its thresholds.
+
+Tables are in SI units for a rod that was given in SI units; JSON is always dimensionless and carries the
+scales.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from rodwnl.output import complex_number, number
+from rodwnl.parameters import RodParameters, decimal_text
+
+if TYPE_CHECKING:
+    from rodwnl.spectrum import HopfSearch, HopfThreshold
+
+# Quantity: powers of length, time and force, and the SI unit.
+_UNITS = {
+    "force": (0, 0, 1, "N"),
+    "omega": (0, -1, 0, "rad/s"),
+    "growth": (0, -1, 0, "1/s"),
+    "alpha": (-2, -1, 0, "1/(m² s)"),
+    "beta": (0, -1, -1, "1/(N s)"),
+    "A_tip": (1, 0, 0, "m"),
+    "A_tip2_slope": (2, 0, -1, "m²/N"),
+    "omega_slope": (0, -1, -1, "rad/(N s)"),
+}
+
+
+def scale(rod: RodParameters, quantity: str) -> float:
+    """What a dimensionless quantity is multiplied by for printing: 1, or its SI scale."""
+    if rod.scales is None:
+        return 1.0
+    length, time, force, _ = _UNITS[quantity]
+    return float(rod.scales.length**length * rod.scales.time**time * rod.scales.force**force)
+
+
+def heading(rod: RodParameters, quantity: str) -> str:
+    """The quantity's name, with its unit where there is one."""
+    return quantity if rod.scales is None else f"{quantity} ({_UNITS[quantity][3]})"
+
+
+def cell(rod: RodParameters, quantity: str, value: complex, error: float) -> str:
+    """A value as a table shows it: in the rod's units, with the digits that its absolute error leaves sure."""
+    factor = scale(rod, quantity)
+    write = complex_number if isinstance(value, complex) else number
+    return write(value * factor, error * factor)
+
+
+def with_unit(rod: RodParameters, quantity: str, value: Fraction | float) -> str:
+    """A value inside a sentence."""
+    if rod.scales is None:
+        return decimal_text(value) if isinstance(value, Fraction) else f"{value:.6g}"
+    return f"{float(value) * scale(rod, quantity):.6g} {_UNITS[quantity][3]}"
+
+
+def sentences(search: "HopfSearch") -> list[str]:
+    """The rod, the range searched, and what was found in it, in words."""
+    rod = search.rod
+    values = ", ".join(f"{name} = {text}" for name, text in rod.texts().items())
+    upper = with_unit(rod, "force", search.max_force)
+    said = [f"Rod with {values}." if rod.scales is None else f"Rod with {values} (dimensionless)."]
+    said.append(f"Searched 0 <= force <= {upper}.")
+    if search.range_cut:
+        said.append("The range ends at force = k1, where the straight rod would have length zero.")
+    if not search.thresholds:
+        said.append(_quiet(search))
+    return said
+
+
+def _quiet(search: "HopfSearch") -> str:
+    rod = search.rod
+    growth = with_unit(rod, "growth", search.growth)
+    force = with_unit(rod, "force", search.growth_force)
+    return (
+        "No Hopf threshold: the straight rod is stable in the whole range; its leading eigenvalue comes "
+        f"closest to the imaginary axis at force = {force}, with real part {growth}."
+    )
+
+
+def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The JSON document of `hopf` and `landau`."""
+    rod = search.rod
+    whole: dict[str, Any] = {"rod": rod.texts()}
+    if rod.scales is not None:
+        scales = rod.scales
+        whole["scales"] = {name: decimal_text(getattr(scales, name)) for name in ("length", "time", "force")}
+    whole["range"] = ["0", decimal_text(search.max_force)]
+    whole["thresholds"] = list(thresholds)
+    whole["notes"] = sentences(search)[2:]
+    return whole
+
+
+def threshold_entry(threshold: "HopfThreshold") -> dict[str, Any]:
+    """A threshold in JSON, every number as a decimal text that reads back to the same double."""
+    return {
+        "force": repr(threshold.force),
+        "omega": repr(threshold.omega),
+        "crossing": threshold.crossing,
+        "residual": repr(threshold.residual),
+        "error": {"force": repr(threshold.force_error), "omega": repr(threshold.omega_error)},
+    }

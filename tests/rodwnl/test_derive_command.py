@@ -1,0 +1,58 @@
+import pytest
+
+from rodwnl import cli
+
+
+@pytest.fixture
+def written(tmp_path, capsys):
+    folder = tmp_path / "out"
+    assert cli.run(["derive", "--out", str(folder)]) == 0
+    capsys.readouterr()
+    return folder
+
+
+def check(folder, capsys):
+    code = cli.run(["derive", "--check", "--out", str(folder)])
+    return code, capsys.readouterr().out
+
+
+def test_what_is_written_is_what_the_check_expects(written, capsys):
+    assert check(written, capsys)[0] == 0
+    assert cli.run(["derive", "--out", str(written)]) == 0
+    assert " 0 changed" in capsys.readouterr().out
+
+
+def test_the_committed_modules_are_what_the_derivation_writes(capsys):
+    code = cli.run(["derive", "--check"])
+    assert (code, capsys.readouterr().out.count("\n")) == (0, 1)
+
+
+def test_a_changed_a_missing_and_a_surplus_file_are_found(written, capsys):
+    changed, missing, surplus = (written / "follower" / f"{n}.py" for n in ("rod", "landau", "surplus"))
+    changed.write_text(changed.read_text().replace("xp.cos", "xp.sin", 1))
+    missing.unlink()
+    surplus.write_text("x = 1\n")
+    before = {path: path.read_text() for path in written.rglob("*.py")}
+    code, diff = check(written, capsys)
+    assert code == 1
+    for head in ("--- a/follower/rod.py", "+++ b/follower/landau.py", "--- a/follower/surplus.py"):
+        assert head in diff
+    assert "\n-    t0 = xp.sin(theta)\n+    t0 = xp.cos(theta)\n" in diff
+    assert {path: path.read_text() for path in written.rglob("*.py")} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--show", "g3", "--check"], "--show prints an object and writes nothing"),
+        (["--format", "latex"], "add --show"),
+        (["--show", "g3", "--format", "word"], "'word' is not one of 'text', 'latex', 'python'"),
+        (["--out", __file__], "is a file: --out needs a folder"),
+    ],
+)
+def test_options_that_make_no_sense_together(capsys, arguments, message):
+    assert cli.run(["derive", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.count("\n") == 1

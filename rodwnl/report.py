@@ -41,7 +41,7 @@ def heading(rod: RodParameters, quantity: str) -> str:
 
 
 def cell(rod: RodParameters, quantity: str, value: complex, error: float) -> str:
-    """A value as a table shows it: in the rod's units, with the digits that its absolute error leaves sure."""
+    """A value as a table shows it: in the rod's units, with the digits that its absolute error allows."""
     factor = scale(rod, quantity)
     write = complex_number if isinstance(value, complex) else number
     return write(value * factor, error * factor)

@@ -1,20 +1,14 @@
 """`rodwnl derive`: from the exact kinematics to the committed modules of `generated`."""
 
-from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from rodwnl.errors import InputError
 
 
-class Format(str, Enum):
-    """How `--show` prints."""
-
-    text = "text"
-    latex = "latex"
-    python = "python"
+Format = Literal["text", "latex", "python"]
 
 
 def command(
@@ -25,17 +19,17 @@ def command(
         bool, typer.Option("--check", help="Write nothing; print a diff and exit 1 if files differ.")
     ] = False,
     show: Annotated[str | None, typer.Option(metavar="NAME", help="Print a derived object, g3 say.")] = None,
-    format: Annotated[Format | None, typer.Option(help="With --show. Default: text.")] = None,
+    form: Annotated[Format | None, typer.Option("--format", help="With --show. Default: text.")] = None,
 ) -> int:
-    """Derive the theory from the rod's exact kinematics and write the package `generated`, which the rest uses.
+    """Derive the theory from the rod's exact kinematics and write the package `generated`.
 
     The same rod gives the same bytes. Without --out the package of this source tree is rewritten.
     """
     if show is not None:
         if check or out is not None:
             raise InputError("--show prints an object and writes nothing: leave out --check and --out")
-        return _show(show, (format or Format.text).value)
-    if format is not None:
+        return _show(show, form or "text")
+    if form is not None:
         raise InputError("--format says how --show NAME prints: add --show, or leave it out")
 
     from derivation.emit.write import difference, render, write
@@ -56,7 +50,7 @@ def command(
     return 0
 
 
-def _show(name: str, form: str) -> int:
+def _show(name: str, form: Format) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
     from derivation.pipeline import derive

@@ -38,10 +38,11 @@ def with_eigenvalue(ring: JetRing, p: PolyElement) -> PolyElement:
 
 
 def _normalised(c: PolyElement) -> tuple[object, PolyElement]:
-    """(number, c / number) with the leading coefficient of the second equal to 1 or, for many terms, of its content."""
+    """(number, c / number), the number rational, so that i stays with the coefficient: i omega (...)."""
     # The lowest-degree term carries the sign and the number: (1 - k2/k1), not -(k2/k1 - 1).
     lead = min(c.terms(), key=lambda t: (sum(t[0]), t[0]))[1]
-    return lead, c.quo_ground(lead)
+    number = c.ring.domain(lead.x or lead.y)
+    return number, c.quo_ground(number)
 
 
 def _product(ring: JetRing, coefficient: PolyElement, bracket: Expr) -> Expr:

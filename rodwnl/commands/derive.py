@@ -7,7 +7,6 @@ import typer
 
 from rodwnl.errors import InputError
 
-
 Format = Literal["text", "latex", "python"]
 
 
@@ -59,5 +58,5 @@ def _show(name: str, form: Format) -> int:
     known = objects(derive())
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
-    print(show(name, known[name], form, latex_names()))
+    print(show(name, known[name].equations, form, latex_names()))
     return 0

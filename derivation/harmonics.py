@@ -128,7 +128,7 @@ def mode_ring() -> JetRing:
     # Low derivatives first, and Theta before Y before H: the order decides which factor of a product of a
     # mode and a conjugate mode carries the star when a real sum is written as "half + c.c.".
     rank = {"Theta": 0, "Y": 1, "H": 3}
-    shapes.sort(key=lambda s: (2.5 if s[0] == "H" else 2 * s[1] + (s[1] > 0), rank.get(s[0], 4)))
+    shapes.sort(key=lambda s: (5 if s[0] == "H" else 4 * s[1] + 2 * (s[1] > 0), rank.get(s[0], 4)))
     names, maps, bars = [], {}, {}
     for bar in ("", BAR):
         for s, k in shapes:

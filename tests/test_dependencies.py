@@ -1,4 +1,4 @@
-"""Who may import whom: derivation writes generated, rodwnl reads it, the independent route stays independent."""
+"""Who may import whom: derivation writes generated, rodwnl reads it; the independent route stands alone."""
 
 import ast
 from functools import cache

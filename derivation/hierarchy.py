@@ -201,12 +201,14 @@ def _solve_tip(
 ) -> dict[PolyElement, PolyElement]:
     """Solve the tip conditions of order n for x', y', theta' there; each enters linearly."""
     rules = dict(lower)
+    slopes = [ring[jet_name(f, n, 1)] for f in FIELDS]
     inverse = {"x": ring["k1_inv"], "y": ring["k2_inv"], "theta": ring.one}
     for f, condition in zip(("theta", "x", "y"), (tip[2], tip[0], tip[1]), strict=True):
         unknown = ring[jet_name(f, n, 1)]
         scaled = ring.reduce(inverse[f] * condition)
-        if scaled.diff(unknown) != ring.one:
-            raise ArithmeticError(f"order {n}: the tip condition {condition} does not give {unknown}")
+        coupled = [g for g in ring.generators_of(scaled - unknown) if g in slopes and g not in rules]
+        if scaled.diff(unknown) != ring.one or coupled:
+            raise ArithmeticError(f"order {n}: the tip condition {condition} = 0 does not give {unknown} alone")
         rules[unknown] = ring.rewrite(unknown - scaled, rules)
     return rules
 

@@ -49,6 +49,8 @@ def _product(ring: JetRing, coefficient: PolyElement, bracket: Expr) -> Expr:
     common = _common_monomial(coefficient)
     rest = coefficient.exquo(common)
     factor = _monomial(ring, common)
+    if all(not c.x for c in rest.coeffs()):
+        rest, factor = rest.mul_ground(rest.ring.domain(0, -1)), I * factor
     polynomial = Add(*(_number(c) * _monomial(ring, ring.ring.from_dict({m: ring.ring.domain.one})) for m, c in rest.terms()))
     return Mul(factor, polynomial, bracket)
 

@@ -9,6 +9,7 @@ Another profile changes g1 ... g4 but not what the solvability condition makes o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
@@ -67,8 +68,20 @@ class ThirdOrder:
         return g1, g2, g3, g4
 
 
-def third_order(hierarchy: Hierarchy, second: SecondOrder) -> ThirdOrder:
-    """Derive the transformed system of order 3 and its resonant part."""
+def linear_profile(u: PolyElement) -> PolyElement:
+    """The profile of the subtraction from y: 0 at the clamp, slope 1 at the tip."""
+    return u
+
+
+def third_order(
+    hierarchy: Hierarchy, second: SecondOrder, profile: Callable[[PolyElement], PolyElement] = linear_profile
+) -> ThirdOrder:
+    """Derive the transformed system of order 3 and its resonant part.
+
+    Raises:
+        ArithmeticError: if the transformed tip conditions are not homogeneous, for instance because
+            ``profile`` is not 0 at u = 0 with slope 1 at u = 1.
+    """
     modes, order = second.modes, hierarchy[3]
     jets = hierarchy.ring
     # The fields that vanish at the lower orders (x1, y2, theta2) are dropped from what is shown.
@@ -79,7 +92,7 @@ def third_order(hierarchy: Hierarchy, second: SecondOrder) -> ThirdOrder:
 
     ring, u = modes.ring, modes.ring["u"]
     s_theta = modes.image(local)
-    s_y = u * at_tip_value(modes, modes.image(rest))
+    s_y = profile(u) * at_tip_value(modes, modes.image(rest))
     forcing: Pair = tuple(modes.image(f) for f in order.forcing[1:])  # type: ignore[assignment]
     operator = linear_rows(modes, (s_y, s_theta))
     # linear(xi) = f with xi = transformed + shift, so linear(transformed) = f - linear(shift).

@@ -1,0 +1,166 @@
+"""The Landau coefficients of dA/dT = α|A|²A + βΔA at every Hopf threshold of a rod, and what they decide.
+
+    α = ∫(Ψ_Y* g1 + Ψ_Θ* g3) du / ∫(Ψ_Y* Y + γ3 Ψ_Θ* Θ) du,    β the same with g2, g4 (paper: eq:alphabetaformulas)
+
+Dimensionless (lengths in L, times in γ2 L⁴/k3, forces in k3/L²), with Y(1) = 1: the tip moves by 2|A| cos(ωt + …).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from rodwnl import kernels
+from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
+from rodwnl.parameters import Number, RodParameters
+from rodwnl.quadrature import Nodes, gauss_legendre
+from rodwnl.spectrum import EPS, Floats, HopfSearch, HopfThreshold, hopf_thresholds
+
+SHIFT = 1e-6  # relative shift of (F, ω) that measures how α and β depend on them
+MORE_NODES = 16  # what the quadrature is compared with
+ROUNDING = 32  # rounding errors of an integrand, in units of EPS
+
+
+@dataclass(frozen=True)
+class LandauCoefficients:
+    """α and β at one Hopf threshold.
+
+    alpha, beta: of dA/dT = α|A|²A + βΔA, F = F_c + ε²Δ. alpha_parts, beta_parts: what (g1, g3) and (g2, g4) contribute.
+    A_tip2_slope, omega_slope: d(A_tip²)/dF and dω/dF along the branch of limit cycles at onset, which do not depend
+    on how the mode is normalised. *_error: estimates of the absolute error. residuals: of the mode, the adjoint and
+    the second-order fields, and |β − dλ/dF|/|β| with dλ/dF from the spectrum.
+    """
+
+    threshold: HopfThreshold
+    alpha: complex
+    beta: complex
+    alpha_parts: tuple[complex, complex]
+    beta_parts: tuple[complex, complex]
+    A_tip2_slope: float
+    omega_slope: float
+    alpha_error: float
+    beta_error: float
+    A_tip2_slope_error: float
+    omega_slope_error: float
+    residuals: dict[str, float]
+
+    @property
+    def force(self) -> float:
+        return self.threshold.force
+
+    @property
+    def omega(self) -> float:
+        return self.threshold.omega
+
+    @property
+    def crossing(self) -> Literal["destabilizing", "restabilizing"]:
+        return self.threshold.crossing
+
+    @property
+    def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
+        """By the sign of Re α; degenerate where the error does not exclude 0, so that order 5 would have to decide."""
+        if abs(self.alpha.real) <= self.alpha_error:
+            return "degenerate"
+        return "supercritical" if self.alpha.real < 0 else "subcritical"
+
+
+@dataclass(frozen=True)
+class LandauSearch:
+    """The coefficients at every threshold that `search` found, by increasing force. Iterates over them."""
+
+    search: HopfSearch
+    thresholds: tuple[LandauCoefficients, ...]
+
+    @property
+    def rod(self) -> RodParameters:
+        return self.search.rod
+
+    def __iter__(self) -> Iterator[LandauCoefficients]:
+        return iter(self.thresholds)
+
+    def __len__(self) -> int:
+        return len(self.thresholds)
+
+    def __getitem__(self, index: int) -> LandauCoefficients:
+        return self.thresholds[index]
+
+
+def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
+    """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force (default min(k1, 400)).
+
+    Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep for quadrature in float64.
+    """
+    search = hopf_thresholds(rod, max_force)
+    return LandauSearch(search, tuple(landau_at(rod, threshold) for threshold in search))
+
+
+def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficients:
+    """The coefficients at one threshold of this rod, also at one of `HopfSearch.later`."""
+    p, force, omega = rod.floats(), threshold.force, threshold.omega
+    nodes = nodes_at(p, force, omega)
+    value, scale, residuals = _evaluate(p, force, omega, nodes)
+    # What the nodes, the rounding of the integrands and the remaining error of (F, ω) do to the four integrals.
+    finer, _, _ = _evaluate(p, force, omega, gauss_legendre(len(nodes.u) + MORE_NODES))
+    by_force, _, _ = _evaluate(p, force * (1 + SHIFT), omega, nodes)
+    by_omega, _, _ = _evaluate(p, force, omega * (1 + SHIFT), nodes)
+    parts = value.sum(axis=1)
+    alpha_error, beta_error = (
+        np.abs(finer.sum(axis=1) - parts)
+        + ROUNDING * EPS * scale
+        + np.abs(by_force.sum(axis=1) - parts) / SHIFT * threshold.force_error / force
+        + np.abs(by_omega.sum(axis=1) - parts) / SHIFT * threshold.omega_error / omega
+    ).tolist()
+    alpha, beta = parts.tolist()
+    residuals["beta"] = abs(beta - threshold.slope) / abs(beta)
+    a, b = alpha, beta
+    A_tip2_slope = float(kernels.tip_amplitude_squared_slope(a.real, b.real))
+    omega_slope = float(kernels.frequency_slope(a.real, a.imag, b.real, b.imag))
+    # relative errors of the quotients; a ratio R of coefficients Im α/Re α and Re β/Re α
+    relative = alpha_error / abs(a.real) + beta_error / abs(b.real)
+    lean = abs(a.imag * b.real / a.real)
+    return LandauCoefficients(
+        threshold, alpha, beta,
+        alpha_parts=tuple(value[0].tolist()), beta_parts=tuple(value[1].tolist()),
+        A_tip2_slope=A_tip2_slope, omega_slope=omega_slope,
+        alpha_error=alpha_error, beta_error=beta_error,
+        A_tip2_slope_error=abs(A_tip2_slope) * relative,
+        omega_slope_error=beta_error + lean * relative + abs(b.real / a.real) * alpha_error,
+        residuals=residuals,
+    )  # fmt: skip
+
+
+def _evaluate(
+    parameters: Floats, force: float, omega: float, nodes: Nodes
+) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+    """((α by g1, by g3), (β by g2, by g4)), (2, 2); the same sums of absolute values, (2,); residuals."""
+    k1, k2, gamma3, gamma1 = parameters
+    lam = 1j * omega
+    mode = critical_mode(parameters, force, omega, nodes)
+    adjoint = adjoint_mode(parameters, force, omega, nodes)
+    X = second_order(parameters, force, omega, mode, nodes)
+    Y, Theta, Theta_u, H = mode.Y, mode.Theta, mode.Theta_u, mode.H
+    Psi = adjoint.Psi_Y, adjoint.Psi_Theta
+
+    norm = nodes.weights @ kernels.norm_integrand(*Psi, Y, Theta, gamma3)
+    g1 = kernels.g1(Y, Theta, Theta_u, H, X.X2, X.P0, X.P2, lam, k1, k2, gamma1)
+    g2 = kernels.g2(nodes.u, Theta_u, mode.Theta_tip, lam, k1, k2)
+    g3 = kernels.g3(Theta, Theta_u, H, X.P0, X.P2, k1, k2, force)
+    g4 = kernels.g4(Theta, H, mode.Theta_tip, k1, k2, force)
+    zero = np.zeros_like(Y)
+    integrands = np.array([
+        [kernels.alpha_integrand(*Psi, g1, zero), kernels.alpha_integrand(*Psi, zero, g3)],
+        [kernels.beta_integrand(*Psi, g2, zero), kernels.beta_integrand(*Psi, zero, g4)],
+    ])  # fmt: skip
+    residuals = {
+        "threshold": 0.0,
+        "mode_boundary": mode.boundary_residual,
+        "mode_equations": mode.ode_residual,
+        "adjoint_boundary": adjoint.boundary_residual,
+        "adjoint_equations": adjoint.ode_residual,
+        "second_order": X.residual,
+    }
+    scale = (np.abs(integrands) @ nodes.weights).sum(axis=1) / abs(norm)
+    return integrands @ nodes.weights / norm, scale, residuals

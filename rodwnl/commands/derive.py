@@ -58,5 +58,6 @@ def _show(name: str, form: Format) -> int:
     known = objects(derive())
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
-    print(show(name, known[name].equations, form, latex_names()))
+    equations = known[name].equations
+    print(show(name, equations, form, latex_names()))
     return 0

@@ -56,3 +56,26 @@ def test_options_that_make_no_sense_together(capsys, arguments, message):
     assert out == ""
     assert message in err
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("form", "start", "part"),
+    [
+        ("text", "g2 = ", "Theta_u"),
+        ("latex", "g_2 = ", r"\tilde{k}_2"),
+        ("python", "g2 = ", "k2/k1"),
+    ],
+)
+def test_a_derived_object_is_shown(capsys, form, start, part):
+    assert cli.run(["derive", "--show", "g2", "--format", form]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith(start)
+    assert part in shown
+
+
+def test_an_unknown_object_lists_the_known_ones(capsys):
+    assert cli.run(["derive", "--show", "g9"]) == 2
+    error = capsys.readouterr().err
+    assert "nothing derived is called 'g9'" in error
+    assert {"g1", "g2", "g3", "g4", "alpha", "beta", "h1_3"} <= set(error.replace(",", "").split())
+    assert error.count("\n") == 1

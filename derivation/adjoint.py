@@ -56,9 +56,9 @@ def adjoint_problem(modes: Modes, primal: tuple[PolyElement, PolyElement]) -> Ad
         ring, concomitant, {ring["Y_u"]: ring["nu"] * ring["Theta"], ring["Theta_u"]: ring.zero}
     )
     return Adjoint(
-        _with_adjoint_rules(modes, operator, clamp, tip),  # type: ignore[arg-type]
+        _with_adjoint_rules(modes, operator, clamp, tip),
         primal,
-        operator,  # type: ignore[arg-type]
+        operator,
         concomitant,
         clamp,
         tip,
@@ -100,7 +100,7 @@ def _natural_conditions(
 
 
 def _without_constant_factor(ring: JetRing, p: PolyElement) -> PolyElement:
-    """A condition p = 0 up to its constant factor: c Psi = 0 becomes Psi = 0; the highest derivative is positive."""
+    """A condition p = 0 up to a constant: c Psi = 0 becomes Psi = 0; the highest derivative is positive."""
     jets = [g for g in ring.generators_of(p) if str(g).startswith("Psi")]
     split = ring.parts(p, jets)
     if len(split) == 1:
@@ -110,7 +110,10 @@ def _without_constant_factor(ring: JetRing, p: PolyElement) -> PolyElement:
 
 
 def _with_adjoint_rules(
-    modes: Modes, operator: tuple[PolyElement, PolyElement], clamp: tuple[PolyElement, ...], tip: tuple[PolyElement, ...]
+    modes: Modes,
+    operator: tuple[PolyElement, PolyElement],
+    clamp: tuple[PolyElement, ...],
+    tip: tuple[PolyElement, ...],
 ) -> Modes:
     """M^dagger Psi = -i omega Gamma Psi at the threshold gives the highest derivatives of Psi."""
     ring = modes.ring

@@ -1,7 +1,7 @@
 r"""The Stuart-Landau equation in polar form and what it predicts.
 
-dA/dT = alpha |A|^2 A + beta Delta A with A = R e^{i phi}. Dividing by e^{i phi}, the real part gives dR/dT and
-the imaginary part R dphi/dT; everything else is algebra in the ring of (R, Delta, Re/Im alpha, Re/Im beta).
+dA/dT = alpha |A|^2 A + beta Delta A with A = R e^{i phi}. Dividing by e^{i phi}, the real part gives dR/dT
+and the imaginary part R dphi/dT; the rest is algebra in the ring of (R, Delta, Re/Im alpha, Re/Im beta).
 """
 
 from __future__ import annotations

@@ -96,7 +96,9 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
     for harmonic, monomial in ((0, a * a_bar), (2, a**2)):
         x = ring[f"X{harmonic}"]
 
-        def shape_of(p: PolyElement, harmonic: int = harmonic, monomial: PolyElement = monomial) -> PolyElement:
+        def shape_of(
+            p: PolyElement, harmonic: int = harmonic, monomial: PolyElement = monomial
+        ) -> PolyElement:
             """What multiplies the harmonic; of the real mean, the half that is written before "+ c.c."."""
             part = modes.component(p, monomial)
             return part if harmonic else split_real(ring, part)
@@ -121,4 +123,3 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
         # The tension stands for the slope of X: P = k1 X' + rest.
         rules[x_u] = ring.reduce(ring["k1_inv"] * (p - (c.tension - ring["k1"] * x_u)))
     return SecondOrder(modes.with_rules(known, rules), f1, b1, mean, second, static)
-

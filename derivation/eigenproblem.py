@@ -17,7 +17,6 @@ from sympy.polys.rings import PolyElement
 
 from derivation.adjoint import Adjoint
 from derivation.jets import Images, JetRing, homomorphism, jet_ring
-from derivation.symbols import BAR
 
 _PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu")
 
@@ -61,7 +60,9 @@ def eigenproblem(adjoint: Adjoint) -> Eigenproblem:
     unstarred = [adjoint.modes.ring.conjugate(row) for row in adjoint.operator]
     y_row, theta_row = (_symbol(row, ring, ("Y", "Theta")) for row in adjoint.primal)
     if [_symbol(row, ring, ("Psi_Y", "Psi_Theta")) for row in unstarred] != [y_row, theta_row]:
-        raise ArithmeticError("the operator is not formally self-adjoint; its adjoint needs its own exponents")
+        raise ArithmeticError(
+            "the operator is not formally self-adjoint; its adjoint needs its own exponents"
+        )
     (yy, yt), (ty, tt) = y_row, theta_row
     det = (yy - lam) * (tt - lam * ring["gamma3"]) - yt * ty
     # k2 nu is mu - force: written so, mu^2 - k2 nu mu = mu force loses no digits when k2 is large.
@@ -101,7 +102,12 @@ def _symbol(row: PolyElement, ring: JetRing, shapes: tuple[str, str]) -> tuple[P
     for s in shapes:
         one = {
             **images,
-            **{g: ring["r"] ** k for k in range(3) for g in row.ring.gens if str(g) == s + ("_" + "u" * k if k else "")},
+            **{
+                g: ring["r"] ** k
+                for k in range(3)
+                for g in row.ring.gens
+                if str(g) == s + ("_" + "u" * k if k else "")
+            },
         }
         entries.append(homomorphism(row, one, ring))
     return tuple(entries)
@@ -120,6 +126,3 @@ def _cancel(ring: JetRing, numerator: PolyElement, denominator: PolyElement) -> 
         numerator, denominator = -numerator, -denominator
     common = numerator.gcd(denominator)
     return Fraction(numerator.exquo(common), denominator.exquo(common))
-
-
-__all__ = ["BAR", "Eigenproblem", "Fraction", "eigenproblem"]

@@ -13,9 +13,12 @@ from sympy.polys.rings import PolyElement
 
 from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing, homomorphism, jet_ring
-from derivation.symbols import BAR, FIELDS, SHAPES, TIP, jet_name, register, shape_latex
+from derivation.symbols import BAR, FIELDS, SHAPES, TIP, register, shape_latex
 
-_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu", "k1_inv", "k2_inv", "Delta", "omega", "lam")
+_PARAMETERS = (
+    *("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu"),
+    *("k1_inv", "k2_inv", "Delta", "omega", "lam"),
+)
 _AMPLITUDES = ("A", "A_T")
 #: Highest u-derivative held of each shape function.
 _JETS = {"Theta": 3, "Y": 3, "H": 0, "X0": 2, "X2": 2, "P0": 1, "P2": 1, "Psi_Y": 3, "Psi_Theta": 3}
@@ -245,6 +248,3 @@ def _parse_jet(name: str) -> tuple[str, int, str] | None:
     if f in FIELDS and head != f:
         return f, int(head[len(f) :]), derivatives
     return None
-
-
-__all__ = ["Modes", "first_order", "jet_name", "split_real"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
 
-from derivation.jets import JetRing, from_expr, homomorphism, jet_ring
+from derivation.jets import JetRing, from_expr, jet_ring
 from derivation.kinematics import ExpandedKinematics, Series, multiply, substitute
 from derivation.model import RodModel
 from derivation.symbols import FIELDS, jet_name, symbol
@@ -84,35 +84,41 @@ def build_hierarchy(model: RodModel, kinematics: ExpandedKinematics) -> Hierarch
     tip_rules: dict[PolyElement, PolyElement] = {}
     for n in range(1, order + 1):
         fields = _fields_of_order(ring, n)
-        at_n: Vector = tuple(b[n] for b in balance)  # type: ignore[assignment]
+        at_n: Vector = tuple(b[n] for b in balance)
         linear = tuple(_part_in(ring, p, fields, linear=True) for p in at_n)
         forcing = tuple(lin - p for lin, p in zip(linear, at_n, strict=True))
         for f in forcing:
             if _part_in(ring, f, fields, linear=False):
                 raise ArithmeticError(f"order {n}: the forcing holds fields of its own order: {f}")
-        tip_n: Vector = tuple(t[n] for t in tip)  # type: ignore[assignment]
+        tip_n: Vector = tuple(t[n] for t in tip)
         rules = _solve_tip(ring, tip_n, n, tip_rules)
         tip_rules.update(rules)
         tip_linear = _tip_linear(ring, n)
         tip_forcing = tuple(ring.rewrite(p, tip_rules) for p in tip_linear)
         orders.append(
-            Order(n, tuple(s[n] for s in stresses), at_n, tip_n, linear, forcing, tip_linear, tip_forcing)  # type: ignore[arg-type]
+            Order(n, tuple(s[n] for s in stresses), at_n, tip_n, linear, forcing, tip_linear, tip_forcing)
         )
     return Hierarchy(model, ring, base, tuple(orders), tip_rules)
 
 
 def _base_state(model: RodModel, ring: JetRing) -> BaseState:
     """Order 0 of the axial tip condition, linear in nu: solve it."""
-    axial = model.energy.diff(symbol("h1")).subs({symbol("h1"): symbol("nu"), symbol("h2"): 0, symbol("Pi"): 0})
+    axial = model.energy.diff(symbol("h1")).subs(
+        {symbol("h1"): symbol("nu"), symbol("h2"): 0, symbol("Pi"): 0}
+    )
     balance = from_expr(axial - model.tip_load[0], ring)
     slope = balance.diff(ring["nu"])
     if slope != ring["k1"]:
-        raise NotImplementedError(f"{model.name}: the axial balance {balance} = 0 is not k1 nu + ...; no closed nu")
+        raise NotImplementedError(
+            f"{model.name}: the axial balance {balance} = 0 is not k1 nu + ...; no closed nu"
+        )
     nu = ring.reduce((slope * ring["nu"] - balance) * ring["k1_inv"])
     return BaseState(balance, nu, ring["k2"] * ring["nu"] + ring["force"])
 
 
-def _stresses(model: RodModel, kinematics: ExpandedKinematics, base: BaseState) -> tuple[Series, Series, Series]:
+def _stresses(
+    model: RodModel, kinematics: ExpandedKinematics, base: BaseState
+) -> tuple[Series, Series, Series]:
     """(F1, F2, M) = grad W, expanded; F1 of the base state in terms of the force."""
     ring = kinematics.ring
     names = ("h1", "h2", "Pi")
@@ -146,19 +152,26 @@ def _balance(
         _combine((1, d_u(m)), (1, multiply(h1, f2, ring)), (-1, multiply(h2, f1, ring))),
     )
     letters = {ring["force"]: ring["mu"] - ring["k2"] * ring["nu"]}
-    return tuple(  # type: ignore[return-value]
-        tuple(ring.apply(a - b, letters) for a, b in zip(d, e, strict=True))
-        for d, e in zip(drag, elastic, strict=True)
-    )
+
+    def row(d: Series, e: Series) -> Series:
+        return tuple(ring.apply(a - b, letters) for a, b in zip(d, e, strict=True))
+
+    x, y, theta = map(row, drag, elastic)
+    return x, y, theta
 
 
-def _tip(model: RodModel, stresses: tuple[Series, Series, Series], ring: JetRing) -> tuple[Series, Series, Series]:
+def _tip(
+    model: RodModel, stresses: tuple[Series, Series, Series], ring: JetRing
+) -> tuple[Series, Series, Series]:
     """Stresses minus load at u = 1, with force = critical force + epsilon^2 Delta."""
     law = jet_ring(["force"])
     order = len(stresses[0]) - 1
     force = [ring["force"], ring.zero, ring["Delta"], *[ring.zero] * order][: order + 1]
-    loads = [substitute(from_expr(load, law), {law["force"]: tuple(force)}, ring, order) for load in model.tip_load]
-    return tuple(_combine((1, s), (-1, load)) for s, load in zip(stresses, loads, strict=True))  # type: ignore[return-value]
+    loads = [
+        substitute(from_expr(load, law), {law["force"]: tuple(force)}, ring, order) for load in model.tip_load
+    ]
+    axial, shear, moment = (_combine((1, s), (-1, load)) for s, load in zip(stresses, loads, strict=True))
+    return axial, shear, moment
 
 
 def _combine(*terms: tuple[int, Series]) -> Series:
@@ -192,8 +205,8 @@ def _is_jet(name: str) -> bool:
 
 def _tip_linear(ring: JetRing, n: int) -> Vector:
     """eq:linearization's free-end conditions: x', y' - nu theta, theta'."""
-    j = lambda f, u: ring[jet_name(f, n, u)]  # noqa: E731
-    return j("x", 1), j("y", 1) - ring["nu"] * j("theta", 0), j("theta", 1)
+    x_u, y_u, theta_u = (ring[jet_name(f, n, 1)] for f in FIELDS)
+    return x_u, y_u - ring["nu"] * ring[jet_name("theta", n, 0)], theta_u
 
 
 def _solve_tip(
@@ -208,9 +221,8 @@ def _solve_tip(
         scaled = ring.reduce(inverse[f] * condition)
         coupled = [g for g in ring.generators_of(scaled - unknown) if g in slopes and g not in rules]
         if scaled.diff(unknown) != ring.one or coupled:
-            raise ArithmeticError(f"order {n}: the tip condition {condition} = 0 does not give {unknown} alone")
+            raise ArithmeticError(
+                f"order {n}: the tip condition {condition} = 0 does not give {unknown} alone"
+            )
         rules[unknown] = ring.rewrite(unknown - scaled, rules)
     return rules
-
-
-__all__ = ["BaseState", "Hierarchy", "Order", "build_hierarchy", "homomorphism"]

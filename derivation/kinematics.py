@@ -8,7 +8,6 @@ order-by-order jets.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
@@ -53,7 +52,7 @@ def exact_kinematics() -> ExactKinematics:
         dr = tuple(ring.derive(c, name) for c in r)
         de1 = tuple(ring.derive(c, name) for c in e1)
         pairs = ((e1, dr), (e2, dr), (e2, de1))
-        return tuple(ring.reduce(a[0] * b[0] + a[1] * b[1]) for a, b in pairs)  # type: ignore[return-value]
+        return tuple(ring.reduce(a[0] * b[0] + a[1] * b[1]) for a, b in pairs)
 
     return ExactKinematics(ring, along("u"), along("t"))
 
@@ -61,7 +60,12 @@ def exact_kinematics() -> ExactKinematics:
 def _exact_ring() -> JetRing:
     jets = [f"{f}{s}" for f in FIELDS for s in ("", "_u", "_uu", "_t")]
     for f, tex in FIELDS.items():
-        for suffix, op in (("", ""), ("_u", r"\partial_u "), ("_uu", r"\partial_u^{2} "), ("_t", r"\partial_t ")):
+        for suffix, op in (
+            ("", ""),
+            ("_u", r"\partial_u "),
+            ("_uu", r"\partial_u^{2} "),
+            ("_t", r"\partial_t "),
+        ):
             register(f + suffix, op + tex)
     ring = jet_ring(
         ["cos", "sin", *jets, *_PARAMETERS],
@@ -73,10 +77,11 @@ def _exact_ring() -> JetRing:
         },
     )  # fmt: skip
     cos, sin = ring["cos"], ring["sin"]
-    for name in ("u", "t"):
-        rate = ring[f"theta_{name}"]
-        ring.derivations[name].update({cos: -sin * rate, sin: cos * rate})  # type: ignore[attr-defined]
-    return JetRing(ring.ring, ring.derivations, {}, ((sin**2, 1 - cos**2),))
+    derivations = {
+        name: {**ring.derivations[name], cos: -sin * rate, sin: cos * rate}
+        for name, rate in (("u", ring["theta_u"]), ("t", ring["theta_t"]))
+    }
+    return JetRing(ring.ring, derivations, products=((sin**2, 1 - cos**2),))
 
 
 def field_ring(order: int) -> JetRing:
@@ -89,7 +94,8 @@ def field_ring(order: int) -> JetRing:
         raise ValueError(f"order = {order}: the expansion starts at 1")
     # (u, tau, T) derivatives that the theory meets; T-derivatives of u-derivatives never occur.
     held = [(u, 0, 0) for u in range(4)] + [(0, 1, 0), (1, 1, 0), (0, 0, 1)]
-    names, maps = [], {"u": {}, "tau": {}, "T": {}}
+    names: list[str] = []
+    maps: dict[str, dict[str, str | None]] = {"u": {}, "tau": {}, "T": {}}
     for n in range(1, order + 1):
         for f in FIELDS:
             for jet in held:
@@ -133,12 +139,9 @@ def expand_kinematics(exact: ExactKinematics, order: int) -> ExpandedKinematics:
     def expand(p: PolyElement) -> Series:
         return substitute(p, images, ring, order)
 
-    return ExpandedKinematics(
-        ring,
-        order,
-        tuple(map(expand, exact.strains)),  # type: ignore[arg-type]
-        tuple(map(expand, exact.velocities)),  # type: ignore[arg-type]
-    )
+    h1, h2, curvature = map(expand, exact.strains)
+    v1, v2, spin = map(expand, exact.velocities)
+    return ExpandedKinematics(ring, order, (h1, h2, curvature), (v1, v2, spin))
 
 
 def cosine_and_sine(ring: JetRing, theta: Series) -> tuple[Series, Series]:
@@ -158,7 +161,10 @@ def multiply(a: Series, b: Series, ring: JetRing) -> Series:
 def substitute(p: PolyElement, images: dict[PolyElement, Series], ring: JetRing, order: int) -> Series:
     """A polynomial of another ring at series: generators to ``images``, the others to their namesakes."""
     total = [ring.zero] * (order + 1)
-    constant: Callable[[PolyElement], Series] = lambda c: (c, *[ring.zero] * order)  # noqa: E731
+
+    def constant(c: PolyElement) -> Series:
+        return (c, *[ring.zero] * order)
+
     for monom, coeff in p.terms():
         term = constant(ring.ring.ground_new(coeff))
         for g, e in zip(p.ring.gens, monom, strict=True):

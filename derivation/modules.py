@@ -35,7 +35,11 @@ _PARAMETERS = (
 _LAM = Argument("lam", symbol("lam"), "i omega at the threshold, purely imaginary", SCALAR, parameter=True)
 _EIGENVALUE = Argument("lam", symbol("lam"), "eigenvalue", SCALAR, parameter=True)
 _ADJOINT_EIGENVALUE = Argument(
-    "lam", symbol("lam"), "conjugate of the eigenvalue, that is the eigenvalue of the adjoint", SCALAR, parameter=True
+    "lam",
+    symbol("lam"),
+    "conjugate of the eigenvalue, that is the eigenvalue of the adjoint",
+    SCALAR,
+    parameter=True,
 )
 
 
@@ -75,13 +79,17 @@ def _rod(d: Derivation) -> Module:
 
     def jet(name: str) -> Argument:
         f, _, rest = name.partition("_")
-        what = {"": "", "u": ", derivative in u", "uu": ", second derivative in u", "t": ", rate of change"}[rest]
+        what = {"": "", "u": ", derivative in u", "uu": ", second derivative in u", "t": ", rate of change"}[
+            rest
+        ]
         return Argument(name, symbol(name), jets[f] + what)
 
     strain_arguments = tuple(map(jet, ("x_u", "y_u", "theta", "theta_u")))
     rate_arguments = tuple(map(jet, ("theta", "x_t", "y_t", "theta_t")))
     all_jets = ("x_u", "x_uu", "y_u", "y_uu", "theta", "theta_u", "theta_uu")
-    strains = tuple(_field(n, doc) for n, doc in (("h1", "axial strain"), ("h2", "shear strain"), ("Pi", "curvature")))
+    strains = tuple(
+        _field(n, doc) for n, doc in (("h1", "axial strain"), ("h2", "shear strain"), ("Pi", "curvature"))
+    )
     return Module(
         "rod",
         "Exact kinematics, stresses and equations of motion; no angle is assumed small.",
@@ -165,7 +173,7 @@ def _eigenproblem(d: Derivation) -> Module:
             _squared_exponents(d),
             Function(
                 "mode_amplitudes",
-                "Theta/Y and H/Y of one exponential; with the conjugate eigenvalue Psi_Theta/Psi_Y of the adjoint.",
+                "Theta/Y and H/Y of one exponential; with the conjugate eigenvalue: Psi_Theta/Psi_Y.",
                 ("eq:linearization",),
                 (r, _EIGENVALUE, *_PARAMETERS),
                 (("theta", ratio(e.theta)), ("shear", ratio(e.shear))),
@@ -193,7 +201,9 @@ def _squared_exponents(d: Derivation) -> Function:
     """r1^2 and r2^2, the second from the product of the roots, so that neither is lost by cancellation."""
     e = d.eigenproblem
     c4, c2, c0 = (_letters(expression(e.ring, p)) for p in e.polynomial)
-    sign = Argument("sign", symbol("sign"), "+1 or -1: the one that makes -c2 + sign sqrt(disc) the larger", SCALAR)
+    sign = Argument(
+        "sign", symbol("sign"), "+1 or -1: the one that makes -c2 + sign sqrt(disc) the larger", SCALAR
+    )
     twice = -c2 + symbol("sign") * sqrt(c2**2 - 4 * c4 * c0)
     return Function(
         "squared_exponents",
@@ -205,36 +215,35 @@ def _squared_exponents(d: Derivation) -> Function:
     )
 
 
+#: Arguments that are not shapes themselves.
+_DOCS = {
+    "Theta_u": "derivative of Theta",
+    "Theta_tip": "Theta at u = 1",
+    "Psi_Y_tip": "Psi_Y at u = 1",
+    "Psi_Theta_tip": "Psi_Theta at u = 1",
+    "X0_u": "derivative of X0",
+    "X2_u": "derivative of X2",
+    "u": "material coordinate",
+    "g1": "cubic forcing of the y row",
+    "g2": "detuning forcing of the y row",
+    "g3": "cubic forcing of the theta row",
+    "g4": "detuning forcing of the theta row",
+}
+#: The order of arguments in a signature.
+_ORDER = ("u", "Psi_Y", "Psi_Theta", "Y", "Theta", "Theta_u", "H", "X0_u", "X2_u", "X2", "P0", "P2",
+          "Theta_tip", "Psi_Y_tip", "Psi_Theta_tip", "g1", "g2", "g3", "g4")  # fmt: skip
+
+
 class _Fields:
     """Arguments for a formula over the ring of modes: those that occur, with their conjugates declared."""
-
-    _DOCS = {
-        "Theta_u": "derivative of Theta",
-        "Theta_tip": "Theta at u = 1",
-        "Psi_Y_tip": "Psi_Y at u = 1",
-        "Psi_Theta_tip": "Psi_Theta at u = 1",
-        "X0_u": "derivative of X0",
-        "X2_u": "derivative of X2",
-        "u": "material coordinate",
-        "g1": "cubic forcing of the y row",
-        "g2": "detuning forcing of the y row",
-        "g3": "cubic forcing of the theta row",
-        "g4": "detuning forcing of the theta row",
-    }
-    _ORDER = ("u", "Psi_Y", "Psi_Theta", "Y", "Theta", "Theta_u", "H", "X0_u", "X2_u", "X2", "P0", "P2",
-              "Theta_tip", "Psi_Y_tip", "Psi_Theta_tip", "g1", "g2", "g3", "g4")  # fmt: skip
 
     def __init__(self, *expressions: Expr) -> None:
         used = {s.name for e in expressions for s in e.free_symbols}
         plain = {n.replace(BAR, "") for n in used}
         self.arguments = tuple(
-            _field(n, self._DOCS.get(n, ""), SCALAR if n.endswith("_tip") else NODES)
-            for n in self._ORDER
-            if n in plain
+            _field(n, _DOCS.get(n, ""), SCALAR if n.endswith("_tip") else NODES) for n in _ORDER if n in plain
         )
-        self.conjugates = tuple(
-            (symbol(n), symbol(n.replace(BAR, ""))) for n in sorted(used) if BAR in n
-        )
+        self.conjugates = tuple((symbol(n), symbol(n.replace(BAR, ""))) for n in sorted(used) if BAR in n)
 
 
 def _function(name: str, doc: str, labels: tuple[str, ...], outputs: dict[str, Expr]) -> Function:
@@ -283,12 +292,14 @@ def _second_order(d: Derivation) -> Module:
             ),
             _function(
                 f"{p}_slope",
-                f"{p}' from the axial force balance; {p}(1) = 0. Use it where k1 ({name}' + ...) would cancel.",
+                f"{p}' from the axial force balance; {p}(1) = 0. Free of cancellation.",
                 ("eq:dynamicsquadratic",),
                 {"slope": _formula(d, d.modes.reduce(c.tension_slope))},
             ),
         ]
-    return Module("second_order", "Order 2: longitudinal corrections X0, X2 and tensions P0, P2.", tuple(functions))
+    return Module(
+        "second_order", "Order 2: longitudinal corrections X0, X2 and tensions P0, P2.", tuple(functions)
+    )
 
 
 def _third_order(d: Derivation) -> Module:
@@ -340,7 +351,7 @@ def _landau(d: Derivation) -> Module:
     )
     return Module(
         "landau",
-        "Integrands of the Landau coefficients: alpha = int alpha_integrand / int norm_integrand, beta likewise.\n\n"
+        "Integrands of the Landau coefficients: alpha = int alpha_integrand / int norm_integrand, so beta.\n\n"
         "The pair (x_untransformed, x_boundary) gives the same numerator without transformed variables.",
         (
             norm,
@@ -366,10 +377,14 @@ def _predictions(d: Derivation) -> Module:
     a = d.amplitude
     parts = {n: symbol(n) for n in ("alpha_re", "alpha_im", "beta_re", "beta_im")}
     arguments = tuple(
-        Argument(n, s, f"{'real' if n.endswith('re') else 'imaginary'} part of {n[:-3]}", SCALAR, parameter=True)
+        Argument(
+            n, s, f"{'real' if n.endswith('re') else 'imaginary'} part of {n[:-3]}", SCALAR, parameter=True
+        )
         for n, s in parts.items()
     )
-    delta = Argument("Delta", symbol("Delta"), "detuning (force - critical force)/epsilon^2", SCALAR, parameter=True)
+    delta = Argument(
+        "Delta", symbol("Delta"), "detuning (force - critical force)/epsilon^2", SCALAR, parameter=True
+    )
     modulus = Argument("R", symbol("R"), "modulus of the amplitude", SCALAR, parameter=True)
     detuning = Argument("detuning", symbol("detuning"), "force - critical force", SCALAR, parameter=True)
     omega = Argument("omega", symbol("omega"), "critical frequency", SCALAR, parameter=True)
@@ -379,24 +394,40 @@ def _predictions(d: Derivation) -> Module:
     def ratio(pair: tuple[PolyElement, PolyElement]) -> Expr:
         return expression(ring, pair[0]) / expression(ring, pair[1])
 
+    slope = a.amplitude_slope
     rows: tuple[tuple[str, str, str, Expr], ...] = (
         ("radial_rate", "dR/dT.", "eq:radial_amplitude", expression(ring, a.radial)),
         ("phase_rate", "dphi/dT.", "eq:phase_amplitude", expression(ring, a.phase)),
-        ("saturated_modulus_squared", "R*^2; negative where there is no such solution.", "eq:saturated_amplitude",
-         ratio(a.saturated)),
-        ("radial_stability", "d(dR/dT)/dR at R*; negative where the branch is stable.", "eq:saturated_amplitude",
-         expression(ring, a.stability)),
+        (
+            "saturated_modulus_squared",
+            "R*^2; negative where there is no such solution.",
+            "eq:saturated_amplitude",
+            ratio(a.saturated),
+        ),
+        (
+            "radial_stability",
+            "d(dR/dT)/dR at R*; negative where the branch is stable.",
+            "eq:saturated_amplitude",
+            expression(ring, a.stability),
+        ),
         ("slow_frequency", "sigma, dphi/dT at R*.", "eq:slow_frequency", ratio(a.sigma)),
-        ("tip_amplitude_squared", "A_tip^2; negative on the side where the branch does not exist.", "eq:tipamplitude",
-         a.amplitude_slope * symbol("detuning")),
+        (
+            "tip_amplitude_squared",
+            "A_tip^2; negative where the branch does not exist.",
+            "eq:tipamplitude",
+            slope * symbol("detuning"),
+        ),
         ("frequency", "omega on the branch.", "eq:tipfrequency", a.frequency),
-        ("tip_amplitude_squared_slope", "d(A_tip^2)/d force along the branch at onset.", "eq:tipamplitude",
-         a.amplitude_slope),
-        ("frequency_slope", "d omega/d force along the branch at onset.", "eq:tipfrequency", a.frequency_slope),
-    )  # fmt: skip
+        (
+            "tip_amplitude_squared_slope",
+            "d(A_tip^2)/d force on the branch at onset.",
+            "eq:tipamplitude",
+            slope,
+        ),
+        ("frequency_slope", "d omega/d force on the branch at onset.", "eq:tipfrequency", a.frequency_slope),
+    )
     return Module(
         "predictions",
         "The Stuart-Landau equation in polar form and what it predicts near the threshold.",
         tuple(Function(name, doc, (label,), everything, ((name, e),)) for name, doc, label, e in rows),
     )
-

@@ -40,13 +40,14 @@ def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfM
         ArithmeticError: if the rates, put back into the exact velocities, do not balance the stresses.
     """
     ring = exact.ring
-    law: Triple = tuple(factor_terms(model.energy.diff(symbol(q)).expand()) for q in _STRAINS)  # type: ignore[assignment]
+    law: Triple = tuple(factor_terms(model.energy.diff(symbol(q)).expand()) for q in _STRAINS)
     strains = {symbol(q): _expr(p) for q, p in zip(_STRAINS, exact.strains, strict=True)}
     slopes = [_expr(ring.derive(p, "u")) for p in exact.strains]
     f1, f2, m = (f.xreplace(strains) for f in law)
     # F_u = sum of dF/dq q_u over the strains q.
     f1_u, f2_u, m_u = (
-        sum(f.diff(symbol(q)).xreplace(strains) * q_u for q, q_u in zip(_STRAINS, slopes, strict=True)) for f in law
+        sum(f.diff(symbol(q)).xreplace(strains) * q_u for q, q_u in zip(_STRAINS, slopes, strict=True))
+        for f in law
     )
     h1, h2, curvature = strains.values()
     elastic = (f1_u - curvature * f2, f2_u + curvature * f1, m_u + h1 * f2 - h2 * f1)
@@ -63,11 +64,11 @@ def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfM
         if ring.reduce(from_expr(residue.xreplace({c: symbol("cos"), s: symbol("sin")}), ring)):
             raise ArithmeticError(f"{model.name}: the rates do not balance the stresses: {residue}")
     return EquationsOfMotion(
-        tuple(strains.values()),  # type: ignore[arg-type]
-        tuple(map(_expr, exact.velocities)),  # type: ignore[arg-type]
+        tuple(strains.values()),
+        tuple(map(_expr, exact.velocities)),
         law,
         rates,
-        tuple(f - load for f, load in zip((f1, f2, m), model.tip_load, strict=True)),  # type: ignore[arg-type]
+        tuple(f - load for f, load in zip((f1, f2, m), model.tip_load, strict=True)),
     )
 
 

@@ -7,6 +7,8 @@ polynomial; only its shape is chosen here.
 
 from __future__ import annotations
 
+from typing import Any
+
 from sympy import Add, Expr, I, Integer, Mul, Rational
 from sympy.polys.rings import PolyElement
 
@@ -37,7 +39,7 @@ def with_eigenvalue(ring: JetRing, p: PolyElement) -> PolyElement:
     return ring.apply(p, {ring["omega"]: -ring.i * ring["lam"]})
 
 
-def _normalised(c: PolyElement) -> tuple[object, PolyElement]:
+def _normalised(c: PolyElement) -> tuple[Any, PolyElement]:
     """(number, c / number), the number rational, so that i stays with the coefficient: i omega (...)."""
     # The lowest-degree term carries the sign and the number: (1 - k2/k1), not -(k2/k1 - 1).
     lead = min(c.terms(), key=lambda t: (sum(t[0]), t[0]))[1]
@@ -51,7 +53,12 @@ def _product(ring: JetRing, coefficient: PolyElement, bracket: Expr) -> Expr:
     factor = _monomial(ring, common)
     if all(not c.x for c in rest.coeffs()):
         rest, factor = rest.mul_ground(rest.ring.domain(0, -1)), I * factor
-    polynomial = Add(*(_number(c) * _monomial(ring, ring.ring.from_dict({m: ring.ring.domain.one})) for m, c in rest.terms()))
+    polynomial = Add(
+        *(
+            _number(c) * _monomial(ring, ring.ring.from_dict({m: ring.ring.domain.one}))
+            for m, c in rest.terms()
+        )
+    )
     return Mul(factor, polynomial, bracket)
 
 
@@ -69,7 +76,7 @@ def _monomial(ring: JetRing, m: PolyElement) -> Expr:
     return Mul(*factors)
 
 
-def _number(c: object) -> Expr:
+def _number(c: Any) -> Expr:
     """A Gaussian rational as an expression."""
-    x, y = c.x, c.y  # type: ignore[attr-defined]
+    x, y = c.x, c.y
     return Rational(int(x.numerator), int(x.denominator)) + I * Rational(int(y.numerator), int(y.denominator))

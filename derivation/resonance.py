@@ -85,7 +85,7 @@ def third_order(
     modes, order = second.modes, hierarchy[3]
     jets = hierarchy.ring
     # The fields that vanish at the lower orders (x1, y2, theta2) are dropped from what is shown.
-    residue: Pair = tuple(_drop_vanishing(jets, modes, b) for b in order.tip_forcing[1:])  # type: ignore[assignment]
+    residue: Pair = tuple(_drop_vanishing(jets, modes, b) for b in order.tip_forcing[1:])
     local, rest = _split_residue(jets, residue[0])
     if residue[1]:
         raise ArithmeticError(f"theta' is forced at the tip: {residue[1]}; keep the boundary term instead")
@@ -93,12 +93,12 @@ def third_order(
     ring, u = modes.ring, modes.ring["u"]
     s_theta = modes.image(local)
     s_y = profile(u) * at_tip_value(modes, modes.image(rest))
-    forcing: Pair = tuple(modes.image(f) for f in order.forcing[1:])  # type: ignore[assignment]
+    forcing: Pair = tuple(modes.image(f) for f in order.forcing[1:])
     operator = linear_rows(modes, (s_y, s_theta))
     # linear(xi) = f with xi = transformed + shift, so linear(transformed) = f - linear(shift).
-    transformed: Pair = tuple(modes.reduce(f - s) for f, s in zip(forcing, operator, strict=True))  # type: ignore[assignment]
-    untransformed: Pair = tuple(modes.reduce(f) for f in forcing)  # type: ignore[assignment]
-    boundary: Pair = tuple(modes.at_tip(modes.image(b)) for b in residue)  # type: ignore[assignment]
+    transformed: Pair = tuple(modes.reduce(f - s) for f, s in zip(forcing, operator, strict=True))
+    untransformed: Pair = tuple(modes.reduce(f) for f in forcing)
+    boundary: Pair = tuple(modes.at_tip(modes.image(b)) for b in residue)
 
     d = ring.derive
     left = (
@@ -127,7 +127,9 @@ def linear_rows(modes: Modes, shift: Pair) -> Pair:
     s_y_u, s_theta_u = d(s_y, "u"), d(s_theta, "u")
     y = modes.d_tau(s_y) - ring["k2"] * d(s_y_u, "u") + ring["mu"] * s_theta_u
     theta = (
-        ring["gamma3"] * modes.d_tau(s_theta) - d(s_theta_u, "u") - ring["mu"] * (s_y_u - ring["nu"] * s_theta)
+        ring["gamma3"] * modes.d_tau(s_theta)
+        - d(s_theta_u, "u")
+        - ring["mu"] * (s_y_u - ring["nu"] * s_theta)
     )
     return y, theta
 
@@ -147,7 +149,7 @@ def resonant_part(modes: Modes, rows: Pair) -> Resonant:
         for m in ring.parts(rest, modes.amplitudes):
             if modes.harmonic(m) == 1:
                 raise ArithmeticError(f"unexpected resonant term {m}")
-    return Resonant(*parts)  # type: ignore[arg-type]
+    return Resonant(*parts)
 
 
 def at_tip_value(modes: Modes, p: PolyElement) -> PolyElement:

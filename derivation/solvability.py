@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
 
-from derivation.adjoint import Adjoint, adjoint_problem
+from derivation.adjoint import Adjoint
 from derivation.harmonics import Modes
 from derivation.jets import JetRing
-from derivation.resonance import Pair, ThirdOrder, linear_rows
+from derivation.resonance import Pair, ThirdOrder
 from derivation.symbols import BAR, TIP
 
 
@@ -52,7 +52,10 @@ def solvability(third: ThirdOrder, adjoint: Adjoint) -> LandauCoefficients:
     modes = adjoint.modes
     ring = modes.ring
     norm = Functional(-_project(modes, third.resonant.slow), ring.zero)
-    results = [Functional(_project(modes, rows), ring.zero) for rows in (third.resonant.cubic, third.resonant.detuning)]
+    results = [
+        Functional(_project(modes, rows), ring.zero)
+        for rows in (third.resonant.cubic, third.resonant.detuning)
+    ]
     kept = [
         Functional(_project(modes, rows), _tip_term(modes, b))
         for rows, b in (
@@ -62,7 +65,7 @@ def solvability(third: ThirdOrder, adjoint: Adjoint) -> LandauCoefficients:
     ]
     a, a_bar, delta = ring["A"], ring["A" + BAR], ring["Delta"]
     for one, two, monomial in zip(results, kept, (a**2 * a_bar, delta * a), strict=True):
-        shift: Pair = tuple(modes.component(s, monomial) for s in third.shift)  # type: ignore[assignment]
+        shift: Pair = tuple(modes.component(s, monomial) for s in third.shift)
         prove_equal(adjoint, one, two, shift)
     return LandauCoefficients(norm, *results, *kept)
 
@@ -104,9 +107,7 @@ def canonical(ring: JetRing, p: PolyElement) -> PolyElement:
 def tip_values(modes: Modes, p: PolyElement) -> PolyElement:
     """Write the shapes that are left in an expression valid at u = 1 as the constants they are."""
     ring = modes.ring
-    images = {
-        ring[s + b]: ring[s + b + TIP] for s in ("Y", "Theta", "Psi_Y", "Psi_Theta") for b in ("", BAR)
-    }
+    images = {ring[s + b]: ring[s + b + TIP] for s in ("Y", "Theta", "Psi_Y", "Psi_Theta") for b in ("", BAR)}
     return ring.apply(p, images)
 
 
@@ -129,6 +130,3 @@ def _concomitant_of(adjoint: Adjoint, shift: Pair) -> PolyElement:
             slot = ring[s + ("_u" if depth else "")]
             total += adjoint.concomitant.diff(slot) * (ring.derive(value, "u") if depth else value)
     return total
-
-
-__all__ = ["Functional", "LandauCoefficients", "adjoint_problem", "canonical", "linear_rows", "solvability"]

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "41df9b637277ad5a6e5dcb0e86d6b3b6e51289db4badffe8648964a898820015"
+FINGERPRINT = "544c53f83cbc01bb7f6ce1b0d68291c918155aa799e686d2d8a079f8bef308af"

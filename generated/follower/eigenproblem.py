@@ -65,7 +65,7 @@ def squared_exponents(xp, sign, lam, k1, k2, gamma3, force):
 
 
 def mode_amplitudes(r, lam, k1, k2, force):
-    """Theta/Y and H/Y of one exponential; with the conjugate eigenvalue Psi_Theta/Psi_Y of the adjoint.
+    """Theta/Y and H/Y of one exponential; with the conjugate eigenvalue: Psi_Theta/Psi_Y.
 
     r (...): exponent of exp(r u)
     lam (...): eigenvalue

@@ -71,7 +71,7 @@ def slow_frequency(Delta, alpha_re, alpha_im, beta_re, beta_im):
 
 
 def tip_amplitude_squared(detuning, alpha_re, beta_re):
-    """A_tip^2; negative on the side where the branch does not exist.
+    """A_tip^2; negative where the branch does not exist.
 
     detuning (...): force - critical force
     alpha_re (...): real part of alpha
@@ -100,7 +100,7 @@ def frequency(detuning, omega, alpha_re, alpha_im, beta_re, beta_im):
 
 
 def tip_amplitude_squared_slope(alpha_re, beta_re):
-    """d(A_tip^2)/d force along the branch at onset.
+    """d(A_tip^2)/d force on the branch at onset.
 
     alpha_re (...): real part of alpha
     beta_re (...): real part of beta
@@ -112,7 +112,7 @@ def tip_amplitude_squared_slope(alpha_re, beta_re):
 
 
 def frequency_slope(alpha_re, alpha_im, beta_re, beta_im):
-    """d omega/d force along the branch at onset.
+    """d omega/d force on the branch at onset.
 
     alpha_re (...): real part of alpha
     alpha_im (...): imaginary part of alpha

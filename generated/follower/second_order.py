@@ -68,7 +68,7 @@ def P0(Theta, H, X0_u, k1, force):
 
 
 def P0_slope(Y, Theta, Theta_u, H, lam, k2, gamma1):
-    """P0' from the axial force balance; P0(1) = 0. Use it where k1 (X0' + ...) would cancel.
+    """P0' from the axial force balance; P0(1) = 0. Free of cancellation.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode
@@ -147,7 +147,7 @@ def P2(Theta, H, X2_u, k1, force):
 
 
 def P2_slope(Y, Theta, Theta_u, H, X2, lam, k2, gamma1):
-    """P2' from the axial force balance; P2(1) = 0. Use it where k1 (X2' + ...) would cancel.
+    """P2' from the axial force balance; P2(1) = 0. Free of cancellation.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode

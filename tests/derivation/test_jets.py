@@ -68,6 +68,9 @@ def test_expressions_enter_exactly_or_not_at_all(ring):
 
 def test_homomorphism_needs_an_image_for_every_generator(ring):
     small = jet_ring(["f"])
-    assert homomorphism(ring["f"] ** 2, {ring["f"]: small["f"] + 1}, small) == small["f"] ** 2 + 2 * small["f"] + 1
+    assert (
+        homomorphism(ring["f"] ** 2, {ring["f"]: small["f"] + 1}, small)
+        == small["f"] ** 2 + 2 * small["f"] + 1
+    )
     with pytest.raises(KeyError):
         homomorphism(ring["k1"], {}, small)

@@ -351,7 +351,7 @@ def _landau(d: Derivation) -> Module:
     )
     return Module(
         "landau",
-        "Integrands of the Landau coefficients: alpha = int alpha_integrand / int norm_integrand, so beta.\n\n"
+        "Integrands of the Landau coefficients: alpha = int alpha_integrand / int norm_integrand.\n\n"
         "The pair (x_untransformed, x_boundary) gives the same numerator without transformed variables.",
         (
             norm,

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "544c53f83cbc01bb7f6ce1b0d68291c918155aa799e686d2d8a079f8bef308af"
+FINGERPRINT = "47d909b2d6f364ebf48badb9dc4223aa6fd2fd138ba238b9e9a327673212143d"

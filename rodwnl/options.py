@@ -72,6 +72,11 @@ def read_rod(values: dict[str, Any]) -> RodParameters:
     return RodParameters.from_physical(L=si.pop("length"), **own, **si)
 
 
-def read_force(rod: RodParameters, name: str, text: str | None) -> Fraction | None:
+def read_force(rod: RodParameters, name: str, text: str) -> Fraction:
     """A force given on the command line, made dimensionless when the rod was given in SI units."""
-    return None if text is None else exact(name, text) / (rod.scales.force if rod.scales else 1)
+    return exact(name, text) / (rod.scales.force if rod.scales else 1)
+
+
+def read_max_force(rod: RodParameters, text: str | None) -> Fraction | None:
+    """The end of the range to search; None stands for the default."""
+    return None if text is None else read_force(rod, "max_force", text)

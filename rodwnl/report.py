@@ -12,6 +12,7 @@ from rodwnl.output import complex_number, number
 from rodwnl.parameters import RodParameters, decimal_text
 
 if TYPE_CHECKING:
+    from rodwnl.coefficients import LandauCoefficients
     from rodwnl.spectrum import HopfSearch, HopfThreshold
 
 # Quantity: powers of length, time and force, and the SI unit.
@@ -40,11 +41,14 @@ def heading(rod: RodParameters, quantity: str) -> str:
     return quantity if rod.scales is None else f"{quantity} ({_UNITS[quantity][3]})"
 
 
-def cell(rod: RodParameters, quantity: str, value: complex, error: float) -> str:
+def cell(rod: RodParameters, quantity: str, value: complex | None, error: float | None) -> str:
     """A value as a table shows it: in the rod's units, with the digits that its absolute error allows."""
+    if value is None or error is None:
+        return "-"
     factor = scale(rod, quantity)
-    write = complex_number if isinstance(value, complex) else number
-    return write(value * factor, error * factor)
+    if isinstance(value, complex):
+        return complex_number(value * factor, error * factor)
+    return number(value * factor, error * factor)
 
 
 def with_unit(rod: RodParameters, quantity: str, value: Fraction | float) -> str:
@@ -54,13 +58,25 @@ def with_unit(rod: RodParameters, quantity: str, value: Fraction | float) -> str
     return f"{float(value) * scale(rod, quantity):.6g} {_UNITS[quantity][3]}"
 
 
+def rod_sentence(rod: RodParameters) -> str:
+    """The rod in words."""
+    values = ", ".join(f"{name} = {text}" for name, text in rod.texts().items())
+    return f"Rod with {values}{'' if rod.scales is None else ' (dimensionless)'}."
+
+
+def rod_document(rod: RodParameters) -> dict[str, Any]:
+    """The rod in JSON."""
+    whole: dict[str, Any] = {"rod": rod.texts()}
+    if rod.scales is not None:
+        scales = rod.scales
+        whole["scales"] = {name: decimal_text(getattr(scales, name)) for name in ("length", "time", "force")}
+    return whole
+
+
 def sentences(search: "HopfSearch") -> list[str]:
     """The rod, the range searched, and what was found in it, in words."""
     rod = search.rod
-    values = ", ".join(f"{name} = {text}" for name, text in rod.texts().items())
-    upper = with_unit(rod, "force", search.max_force)
-    said = [f"Rod with {values}." if rod.scales is None else f"Rod with {values} (dimensionless)."]
-    said.append(f"Searched 0 <= force <= {upper}.")
+    said = [rod_sentence(rod), f"Searched 0 <= force <= {with_unit(rod, 'force', search.max_force)}."]
     if search.range_cut:
         said.append("The range ends at force = k1, where the straight rod would have length zero.")
     if not search.thresholds:
@@ -80,15 +96,11 @@ def _quiet(search: "HopfSearch") -> str:
 
 def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The JSON document of `hopf` and `landau`."""
-    rod = search.rod
-    whole: dict[str, Any] = {"rod": rod.texts()}
-    if rod.scales is not None:
-        scales = rod.scales
-        whole["scales"] = {name: decimal_text(getattr(scales, name)) for name in ("length", "time", "force")}
-    whole["range"] = ["0", decimal_text(search.max_force)]
-    whole["thresholds"] = list(thresholds)
-    whole["notes"] = sentences(search)[2:]
-    return whole
+    return rod_document(search.rod) | {
+        "range": ["0", decimal_text(search.max_force)],
+        "thresholds": list(thresholds),
+        "notes": sentences(search)[2:],
+    }
 
 
 def threshold_entry(threshold: "HopfThreshold") -> dict[str, Any]:
@@ -100,3 +112,30 @@ def threshold_entry(threshold: "HopfThreshold") -> dict[str, Any]:
         "residual": repr(threshold.residual),
         "error": {"force": repr(threshold.force_error), "omega": repr(threshold.omega_error)},
     }
+
+
+def landau_entry(c: "LandauCoefficients") -> dict[str, Any]:
+    """A threshold with its coefficients in JSON; complex numbers are pairs [re, im]."""
+    entry = threshold_entry(c.threshold)
+    error = entry.pop("error") | {
+        "alpha": repr(c.alpha_error),
+        "beta": repr(c.beta_error),
+        "A_tip2_slope": repr(c.A_tip2_slope_error),
+        "omega_slope": repr(c.omega_slope_error),
+    }
+    residuals = {name: repr(r) for name, r in c.residuals.items()} | {"threshold": entry.pop("residual")}
+    return entry | {
+        "alpha": _pair(c.alpha),
+        "beta": _pair(c.beta),
+        "criticality": c.criticality,
+        "A_tip2_slope": repr(c.A_tip2_slope),
+        "omega_slope": repr(c.omega_slope),
+        "alpha_parts": {"g1": _pair(c.alpha_parts[0]), "g3": _pair(c.alpha_parts[1])},
+        "beta_parts": {"g2": _pair(c.beta_parts[0]), "g4": _pair(c.beta_parts[1])},
+        "error": error,
+        "residuals": residuals,
+    }
+
+
+def _pair(value: complex) -> list[str]:
+    return [repr(value.real), repr(value.imag)]

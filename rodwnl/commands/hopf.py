@@ -1,6 +1,6 @@
 """`rodwnl hopf`: the forces at which the straight rod starts or stops to flutter."""
 
-from rodwnl.options import Json, MaxForce, read_force, takes_rod
+from rodwnl.options import Json, MaxForce, read_max_force, takes_rod
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import cell, document, heading, sentences, threshold_entry
@@ -11,7 +11,7 @@ def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) 
     """Forces at which the straight rod loses or regains stability, with the frequency there."""
     from rodwnl.spectrum import hopf_thresholds
 
-    search = hopf_thresholds(rod, read_force(rod, "max_force", max_force))
+    search = hopf_thresholds(rod, read_max_force(rod, max_force))
     if json:
         print_json(document(search, [threshold_entry(t) for t in search]))
         return

@@ -62,7 +62,7 @@ def test_options_that_make_no_sense_together(capsys, arguments, message):
     ("form", "start", "part"),
     [
         ("text", "g2 = ", "Theta_u"),
-        ("latex", "g_2 = ", r"\tilde{k}_2"),
+        ("latex", "\\begin{aligned}\ng_2 =", r"\tilde{k}_2"),
         ("python", "g2 = ", "k2/k1"),
     ],
 )

@@ -1,0 +1,41 @@
+"""`rodwnl landau`: the amplitude equation at every threshold."""
+
+from rodwnl.options import Json, MaxForce, read_max_force, takes_rod
+from rodwnl.output import print_json, print_table
+from rodwnl.parameters import RodParameters
+from rodwnl.report import cell, document, heading, landau_entry, sentences
+
+
+@takes_rod
+def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) -> None:
+    """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
+
+    The tip moves by 2 |A|. Independent of how the mode is normalised are beta, the criticality, and the slopes
+    of A_tip² and omega in the force along the branch of oscillations.
+    """
+    from rodwnl.coefficients import landau
+
+    found = landau(rod, read_max_force(rod, max_force))
+    if json:
+        print_json(document(found.search, [landau_entry(c) for c in found]))
+        return
+    print("\n".join(sentences(found.search)))
+    if not found.thresholds:
+        return
+    values = {
+        "force": [(c.force, c.threshold.force_error) for c in found],
+        "omega": [(c.omega, c.threshold.omega_error) for c in found],
+        "alpha": [(c.alpha, c.alpha_error) for c in found],
+        "beta": [(c.beta, c.beta_error) for c in found],
+        "A_tip2_slope": [(c.A_tip2_slope, c.A_tip2_slope_error) for c in found],
+        "omega_slope": [(c.omega_slope, c.omega_slope_error) for c in found],
+    }
+    print_table(
+        ["threshold", *(str(i + 1) for i in range(len(found)))],
+        [
+            ["crossing", *(c.crossing for c in found)],
+            ["criticality", *(c.criticality for c in found)],
+            *([heading(rod, name), *(cell(rod, name, *v) for v in row)] for name, row in values.items()),
+            ["largest residual", *(f"{max(c.residuals.values()):.0e}" for c in found)],
+        ],
+    )

@@ -22,11 +22,10 @@ from rodwnl.parameters import RodParameters
 
 
 class Numbers(Arithmetic, Protocol):
-    """Arithmetic that can also find modes: square roots, linear systems, exact rationals."""
+    """Arithmetic with square roots, that knows the exact rationals which a rod is made of."""
 
     def number(self, value: Fraction) -> Scalar: ...
     def sqrt(self, z: Scalar) -> Scalar: ...
-    def solve(self, matrix: list[list[Scalar]], right: list[Scalar]) -> list[Scalar]: ...
 
 
 @dataclass(frozen=True)
@@ -137,19 +136,31 @@ def boundary_rows(
     columns = []
     for key in keys or _mode_keys(state):
         r = state.exponents.value(key)
-        columns.append(column(r, state.numbers.exp(r), lam, state.k1, state.k2, state.gamma3, state.force))
+        columns.append(column(r, state.numbers.exp(r), lam, state.k1, state.k2, state.force))
     return [list(row) for row in zip(*columns, strict=True)]
 
 
 def _amplitudes(
     state: CriticalState, keys: list[Key], rows: list[list[Scalar]]
 ) -> tuple[list[Scalar], Scalar]:
-    """c from the first three conditions and Σ c_j e^{r_j} = 1, and the fourth relative to its terms."""
-    tip = [state.numbers.exp(state.exponents.value(key)) for key in keys]
-    zero = 0 * tip[0]
-    c = state.numbers.solve([*rows[:3], tip], [zero, zero, zero, zero + 1])
+    """c from the first three conditions and Σ c_j e^{r_j} = 1, and the fourth relative to its terms.
+
+    The vector orthogonal to three rows has their minors as its components.
+    """
+    minors = [determinant([row[:j] + row[j + 1 :] for row in rows[:3]]) for j in range(4)]
+    signed = [minor if j % 2 else -minor for j, minor in enumerate(minors)]
+    tip = sum(x * state.numbers.exp(state.exponents.value(key)) for x, key in zip(signed, keys, strict=True))
+    c = [x / tip for x in signed]
     terms = [a * x for a, x in zip(rows[3], c, strict=True)]
     return c, sum(terms) / max(abs(t) for t in terms)
+
+
+def determinant(rows: list[list[Scalar]]) -> Scalar:
+    """By expansion along the first row: small matrices, of entries whose sizes may differ by any factor."""
+    if len(rows) == 1:
+        return rows[0][0]
+    minors = [determinant([row[:j] + row[j + 1 :] for row in rows[1:]]) for j in range(len(rows))]
+    return sum(-a * m if j % 2 else a * m for j, (a, m) in enumerate(zip(rows[0], minors, strict=True)))
 
 
 def _mode_fields(
@@ -169,16 +180,16 @@ def _mode_fields(
 
 
 def second_order(state: CriticalState, mode: Mode) -> Corrections:
-    """X0, X2 from k1X0'' = f0, k1X2'' − 2iωγ1X2 = f2 in closed form, and the tensions P0, P2."""
-    s, e = state, state.exponents
+    """X0 and X2, k1X0'' = f0 and k1X2'' − 2iωγ1X2 = f2 with their tip slopes, and the tensions P0 and P2."""
+    s, k1, force = state, state.k1, state.force
     fields = (mode.Y, mode.Theta, mode.Theta_u, mode.H)
     Theta_tip = mode.Theta.at_tip()
-    f0 = kernels.forcing_0(*fields, s.omega, s.k1, s.k2, s.gamma1, s.force)
-    f2 = kernels.forcing_2(*fields, s.omega, s.k1, s.k2, s.gamma1, s.force)
-    X0 = two_point(f0 / s.k1, e.zero, kernels.boundary_0(Theta_tip, s.k1, s.force))
-    X2 = two_point(f2 / s.k1, e.key(2), kernels.boundary_2(Theta_tip, s.k1, s.force))
-    P0 = kernels.P0(X0.derivative(), mode.Theta, mode.H, s.k1, s.force)
-    P2 = kernels.P2(X2.derivative(), mode.Theta, mode.H, s.k1, s.force)
+    f0 = kernels.X0_forcing(*fields, s.lam, k1, s.k2, s.gamma1, force)
+    f2 = kernels.X2_forcing(*fields, s.lam, k1, s.k2, s.gamma1, force)
+    X0 = two_point(f0 / k1, s.exponents.zero, kernels.X0_tip_slope(Theta_tip, k1, force))
+    X2 = two_point(f2 / k1, s.exponents.key(2), kernels.X2_tip_slope(Theta_tip, k1, force))
+    P0 = kernels.P0(mode.Theta, mode.H, X0.derivative(), k1, force)
+    P2 = kernels.P2(mode.Theta, mode.H, X2.derivative(), k1, force)
     return Corrections(X0, X2, P0, P2)
 
 
@@ -187,14 +198,42 @@ def coefficients(state: CriticalState) -> Coefficients:
     s, mode, adjoint = state, critical_mode(state), adjoint_mode(state)
     X = second_order(state, mode)
     Y, Theta, Theta_u, H = mode.Y, mode.Theta, mode.Theta_u, mode.H
+    Psi = adjoint.Psi_Y, adjoint.Psi_Theta
     Theta_tip, u = Theta.at_tip(), s.exponents.u(s.k1 / s.k1)
-    g1 = kernels.g1(Y, Theta, Theta_u, H, X.X2, X.P0, X.P2, s.omega, s.k1, s.k2, s.gamma1)
+    g1 = kernels.g1(Y, Theta, Theta_u, H, X.X2, X.P0, X.P2, s.lam, s.k1, s.k2, s.gamma1)
+    g2 = kernels.g2(u, Theta_u, Theta_tip, s.lam, s.k1, s.k2)
     g3 = kernels.g3(Theta, Theta_u, H, X.P0, X.P2, s.k1, s.k2, s.force)
-    g2 = kernels.g2(u, Theta_u, Theta_tip, s.omega, s.k1, s.k2)
-    g4 = kernels.g4(Theta, Theta_tip, H, s.k1, s.k2, s.force)
-    Psi_Y, Psi_Theta = adjoint.Psi_Y.conjugate(), adjoint.Psi_Theta.conjugate()
-    norm = (Psi_Y * Y + s.gamma3 * (Psi_Theta * Theta)).integral()
-    alpha = (Psi_Y * g1 + Psi_Theta * g3).integral() / norm
-    beta = (Psi_Y * g2 + Psi_Theta * g4).integral() / norm
+    g4 = kernels.g4(Theta, H, Theta_tip, s.k1, s.k2, s.force)
+    norm = kernels.norm_integrand(*Psi, Y, Theta, s.gamma3).integral()
+    alpha = kernels.alpha_integrand(*Psi, g1, g3).integral() / norm
+    beta = kernels.beta_integrand(*Psi, g2, g4).integral() / norm
     residuals = {"mode": abs(mode.defect), "adjoint": abs(adjoint.defect)}
+    residuals |= _tension_defects(s, mode, X)
+    residuals |= _other_route(s, mode, adjoint, X, alpha * norm, beta * norm)
     return Coefficients(s.force, s.omega, alpha, beta, residuals)
+
+
+def _tension_defects(state: CriticalState, mode: Mode, X: Corrections) -> dict[str, Scalar]:
+    """The axial force balance P' = … in mid-rod, relative to P'. Of P0 only the real part has a meaning."""
+    fields, half = (mode.Y, mode.Theta, mode.Theta_u, mode.H), state.k1 / state.k1 / 2
+    mean = kernels.P0_slope(*fields, state.lam, state.k2, state.gamma1)(half).real
+    harmonic = kernels.P2_slope(*fields, X.X2, state.lam, state.k2, state.gamma1)(half)
+    return {
+        "P0": abs(X.P0.derivative()(half).real / mean - 1),
+        "P2": abs(X.P2.derivative()(half) / harmonic - 1),
+    }
+
+
+def _other_route(
+    state: CriticalState, mode: Mode, adjoint: Adjoint, X: Corrections, alpha: Scalar, beta: Scalar
+) -> dict[str, Scalar]:
+    """The numerators of α and β against those of the untransformed theory, which keeps boundary terms."""
+    s, Psi, fields = state, (adjoint.Psi_Y, adjoint.Psi_Theta), (mode.Theta, mode.Theta_u, mode.H)
+    tips = mode.Theta.at_tip(), adjoint.Psi_Y.at_tip()
+    other_alpha = kernels.alpha_untransformed(
+        *Psi, mode.Y, *fields, X.X2, X.P0, X.P2, s.lam, s.k1, s.k2, s.gamma1, s.force
+    ).integral() + kernels.alpha_boundary(*tips, s.k1, s.k2, s.force)
+    other_beta = kernels.beta_untransformed(
+        *Psi, *fields, s.k1, s.k2, s.force
+    ).integral() + kernels.beta_boundary(*tips, s.k1, s.k2)
+    return {"alpha_routes": abs(other_alpha / alpha - 1), "beta_routes": abs(other_beta / beta - 1)}

@@ -14,7 +14,7 @@ from fractions import Fraction
 import mpmath as mp
 
 from rodwnl import kernels
-from rodwnl.closedform import Coefficients, boundary_rows, coefficients, critical_state
+from rodwnl.closedform import Coefficients, boundary_rows, coefficients, critical_state, determinant
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.fields import MpArithmetic, Scalar
 from rodwnl.parameters import RodParameters
@@ -33,9 +33,6 @@ class MpNumbers(MpArithmetic):
 
     def sqrt(self, z: Scalar) -> Scalar:
         return mp.sqrt(z)
-
-    def solve(self, matrix: list[list[Scalar]], right: list[Scalar]) -> list[Scalar]:
-        return list(mp.lu_solve(mp.matrix(matrix), mp.matrix(right)))
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
         if agreement >= digits + 2:
             return _record(fine, digits, working, agreement)
         lost = lower - int(agreement)
-        coarse, working = fine, max(working, digits + lost)
+        coarse, working = fine, max(working, digits + lost) if agreement > 0 else 2 * working
     raise ComputationError(
         f"{digits} digits were not reached at the threshold near force {mp.nstr(coarse.force, 8)}: "
         f"with {lower} working digits two evaluations agree to {agreement:.0f}; is the crossing degenerate?"
@@ -107,7 +104,10 @@ def _agreement(a: Coefficients, b: Coefficients) -> float:
 
 def _slopes(c: Coefficients) -> tuple[Scalar, Scalar]:
     """Slopes of A_tip² and of ω in the force, along the branch at its onset."""
-    return kernels.A_tip2_slope(c.alpha, c.beta), kernels.omega_slope(c.alpha, c.beta)
+    a, b = c.alpha, c.beta
+    return kernels.tip_amplitude_squared_slope(a.real, b.real), kernels.frequency_slope(
+        a.real, a.imag, b.real, b.imag
+    )
 
 
 def _record(c: Coefficients, digits: int, working: int, agreement: float) -> ExactThreshold:
@@ -146,18 +146,19 @@ def _newton_step(rod: RodParameters, force: Scalar, omega: Scalar, h: Scalar) ->
     D = characteristic(rod, force, omega)
     D_force = (characteristic(rod, force * (1 + h), omega) - D) / (force * h)
     D_omega = (characteristic(rod, force, omega * (1 + h)) - D) / (omega * h)
-    determinant = (D_force * D_omega.conjugate()).imag
-    if determinant == 0:
+    cross = (D_force * D_omega.conjugate()).imag
+    if cross == 0:
         return mp.inf, mp.inf
-    return -(D * D_omega.conjugate()).imag / determinant, -(D_force * D.conjugate()).imag / determinant
+    return -(D * D_omega.conjugate()).imag / cross, -(D_force * D.conjugate()).imag / cross
 
 
 def characteristic(rod: RodParameters, force: Scalar, omega: Scalar) -> Scalar:
     """The determinant of the four boundary conditions at λ = iω, an analytic function of (F, ω).
 
-    Divided by r1 r2 (r1² − r2²)² it depends neither on the signs of the roots nor on their order.
+    Divided by λ(r1² − r2²)²/(r1 r2), to which the Wronskian of the four exponentials is proportional, it
+    depends neither on the signs of the roots nor on their order.
     """
     state = critical_state(rod, force, omega, MpNumbers())
-    determinant = mp.det(mp.matrix(boundary_rows(state, kernels.boundary_column, state.lam)))
+    D = determinant(boundary_rows(state, kernels.boundary_column, state.lam))
     r1, _, r2, *_ = state.exponents.basis
-    return determinant / (r1 * r2 * (r1**2 - r2**2) ** 2)
+    return D * r1 * r2 / (state.lam * (r1**2 - r2**2) ** 2)

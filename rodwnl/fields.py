@@ -155,7 +155,7 @@ class Field:
         return self + (-self._promoted(other))
 
     def __rsub__(self, other: Scalar) -> Field:
-        return -self + other
+        return (-self).__add__(other)
 
     __radd__ = __add__
     __rmul__ = __mul__
@@ -247,22 +247,22 @@ def _particular(forcing: Field, root: Key) -> Field:
     terms: dict[Key, Polynomial] = {}
     for key, p in forcing.terms.items():
         a = exponents.value(key)
-        resonant = key == root or coincide(a, s) or coincide(a, -s)
-        if not resonant:
-            gap = (a - s) * (a + s)
+        named = key in (root, tuple(-n for n in root))
+        if not named and (key == exponents.zero or not (coincide(a, s) or coincide(a, -s))):
+            # (a² − s²) Q = P − 2aQ' − Q''
             terms[key] = _downward(
                 p,
-                lambda k, q, a=a, gap=gap: (
+                lambda k, q, a=a: (
                     2 * a * (k + 1) * q.get(k + 1, 0) + (k + 2) * (k + 1) * q.get(k + 2, 0),
-                    gap,
+                    (a - s) * (a + s),
                 ),
             )
         elif root != exponents.zero:
-            raised = _downward(
-                p, lambda k, q, a=a: ((k + 1) * q.get(k + 1, 0), 2 * a)
-            )  # R = Q' satisfies R' + 2aR = P
-            terms[key] = (0 * a, *(c / (k + 1) for k, c in enumerate(raised)))
+            # 2aR = P − R' for R = Q'
+            R = _downward(p, lambda k, q, a=a: ((k + 1) * q.get(k + 1, 0), 2 * a))
+            terms[key] = (0 * a, *(c / (k + 1) for k, c in enumerate(R)))
         else:
+            # Q'' = P
             terms[key] = (0 * a, 0 * a, *(c / ((k + 1) * (k + 2)) for k, c in enumerate(p)))
     return Field(exponents, terms)
 

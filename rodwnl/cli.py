@@ -59,6 +59,9 @@ def run(arguments: Sequence[str]) -> int:
     0: done; 1: done, and what was compared differs; 2: bad input or nothing could be computed, one line on
     stderr says why; 130: interrupted; 141: the reader of the output went away.
     """
+    # Before NumPy is imported: the matrices are small, and a second BLAS thread costs more than it gives.
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
     commands = typer.main.get_command(app)
     try:
         with commands.make_context("rodwnl", list(arguments)) as context:

@@ -10,8 +10,8 @@ from rodwnl.report import cell, document, heading, landau_entry, sentences
 def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) -> None:
     """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
 
-    The tip moves by 2 |A|. Independent of how the mode is normalised are beta, the criticality, and the slopes
-    of A_tip² and omega in the force along the branch of oscillations.
+    The tip moves by 2 |A|. Independent of how the mode is normalised are beta, the criticality, and the
+    slopes of A_tip² and omega in the force along the branch of oscillations.
     """
     from rodwnl.coefficients import landau
 
@@ -22,7 +22,7 @@ def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) 
     print("\n".join(sentences(found.search)))
     if not found.thresholds:
         return
-    values = {
+    values: dict[str, list[tuple[complex, float]]] = {
         "force": [(c.force, c.threshold.force_error) for c in found],
         "omega": [(c.omega, c.threshold.omega_error) for c in found],
         "alpha": [(c.alpha, c.alpha_error) for c in found],

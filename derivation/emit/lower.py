@@ -1,18 +1,29 @@
 """From a SymPy expression to nodes: the one place that decides which arithmetic may be emitted.
 
-Sums, products, quotients, integer powers, conjugates and the functions of `FUNCTIONS` pass. A rational coefficient
-becomes a division by an integer as the last step (`5*x/6`), because the quotient of two literals would already be a
-rounded float where x is a ball or a multiprecision number.
+Sums, products, quotients, integer powers, conjugates and the functions of `FUNCTIONS` pass. A rational
+coefficient becomes a division by an integer as the last step (`5*x/6`), because the quotient of two literals
+would already be a rounded float where x is a ball or a multiprecision number.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy
 
-from derivation.emit.nodes import Call, Imaginary, Integer, Name, Negative, Node, Power, Product, Quotient, Sum
+from derivation.emit.nodes import (
+    Call,
+    Imaginary,
+    Integer,
+    Name,
+    Negative,
+    Node,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 
 FUNCTIONS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}  # sqrt is a power in SymPy
 
@@ -21,10 +32,10 @@ class EmissionError(ValueError):
     """An expression or a record cannot become code; the message names the part and the remedy."""
 
 
-def _opaque_is_refused(expr: sympy.Basic) -> Node:
+def _refuse(expr: sympy.Basic) -> Node:
     raise EmissionError(
-        f"cannot emit {type(expr).__name__} in {expr}: allowed are symbols, integers, sums, products, quotients, "
-        f"integer powers, conjugate, and sin, cos, exp, sqrt in a function that takes a namespace"
+        f"cannot emit {type(expr).__name__} in {expr}: allowed are symbols, integers, sums, products, "
+        f"quotients, integer powers, conjugate, and sin, cos, exp, sqrt in a function that takes a namespace"
     )
 
 
@@ -40,7 +51,7 @@ class Lowering:
     """
 
     name: Callable[[sympy.Symbol], str] = _text
-    opaque: Callable[[sympy.Basic], Node] = _opaque_is_refused
+    opaque: Callable[[sympy.Basic], Node] = _refuse
     exact: bool = True
 
     def __call__(self, expr: sympy.Expr) -> Node:
@@ -85,7 +96,8 @@ class Lowering:
             return self.opaque(coefficient)
         if self.exact and coefficient.q != 1 and not rest.free_symbols:  # i/3
             raise _rounded(expr)
-        above, below = [], []
+        above: list[Node] = []
+        below: list[Node] = []
         for factor in sympy.ordered(sympy.Mul.make_args(rest)):
             base, exponent = factor.as_base_exp()
             if exponent.is_Rational and exponent.q in (1, 2) and base not in (sympy.E, sympy.S.NegativeOne):
@@ -93,9 +105,9 @@ class Lowering:
                 side.append(self._power(base, abs(exponent)))
             else:
                 above.append(self(factor))
-        node = _joined(Product, _literal(abs(coefficient.p)) + above)
+        node = _multiplied(_literal(abs(coefficient.p)) + above)
         if below or coefficient.q != 1:
-            node = Quotient(node, _joined(Product, _literal(coefficient.q) + below))
+            node = Quotient(node, _multiplied(_literal(coefficient.q) + below))
         return _signed(node, negative=bool(coefficient < 0))
 
     def _power(self, base: sympy.Expr, exponent: sympy.Rational) -> Node:
@@ -115,8 +127,7 @@ def _literal(value: int) -> list[Node]:
     return [] if value == 1 else [Integer(int(value))]
 
 
-def _joined(kind: type[Product], parts: Iterable[Node]) -> Node:
-    parts = tuple(parts)
-    if len(parts) > 1:
-        return kind(parts)
-    return parts[0] if parts else Integer(1)
+def _multiplied(factors: list[Node]) -> Node:
+    if len(factors) > 1:
+        return Product(tuple(factors))
+    return factors[0] if factors else Integer(1)

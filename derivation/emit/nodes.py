@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from operator import add, mul
@@ -22,7 +22,7 @@ class Integer:
 
 @dataclass(frozen=True)
 class Imaginary:
-    """The imaginary unit: exact as `1j` on every complex number type, but better passed inside an argument."""
+    """The imaginary unit. `1j` is exact on every complex number type; an argument that holds i is plainer."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ def walk(node: Node) -> Iterator[Node]:
         yield from walk(child)
 
 
-def operations(nodes: Iterator[Node]) -> Counter[str]:
+def operations(nodes: Iterable[Node]) -> Counter[str]:
     """Arithmetic operations by kind; x**n counts as n-1 multiplications, a change of sign as nothing."""
-    count = Counter({kind: 0 for kind in KINDS})
+    count = Counter(dict.fromkeys(KINDS, 0))
     for node in (part for root in nodes for part in walk(root)):
         match node:
             case Sum(terms):

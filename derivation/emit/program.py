@@ -1,14 +1,13 @@
 """The intermediate record: a function of the theory as arguments, locals and outputs, ready for any printer.
 
-`Function`, `Module` and `Package` are what the derivation hands in; `compile_function` turns a `Function` into a `Program`,
-which is all that a printer (or an interpreter) ever sees.
+`Function`, `Module` and `Package` are what the derivation hands in; `compile_function` turns a `Function`
+into a `Program`, which is all that a printer (or an interpreter) ever sees.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import chain
 from keyword import iskeyword
 
 import sympy
@@ -18,11 +17,15 @@ from derivation.emit.nodes import Call, Name, Node, operations, walk
 
 NAMESPACE = "xp"
 NODES = "(..., nodes)"
+SCALAR = "(..., 1)"  # one number a rod; for one rod a plain number
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A declared argument. A `parameter` leaves the signature of every function whose formulas do not need it."""
+    """A declared argument, spelt `name` in code.
+
+    A `parameter` leaves the signature of a function whose formulas do not need it.
+    """
 
     name: str
     symbol: sympy.Symbol
@@ -33,7 +36,11 @@ class Argument:
 
 @dataclass(frozen=True)
 class Function:
-    """One function to emit. `conjugates` holds pairs (Yc, Y) of symbols: Yc stands for the conjugate of argument Y."""
+    """One function to emit: named outputs, the arguments they may use, the paper's labels they stem from.
+
+    `conjugates` holds pairs (Yc, Y) of symbols: Yc stands for the conjugate of the argument Y. `namespace`
+    allows sin, cos, exp and sqrt and puts the namespace that has them first among the arguments.
+    """
 
     name: str
     doc: str
@@ -75,51 +82,52 @@ class Program:
 
 
 def compile_function(function: Function) -> Program:
-    """Common subexpressions become locals; refuses undeclared symbols and arithmetic that is not exact everywhere."""
-    used = set().union(*(expr.free_symbols for _, expr in function.outputs))
-    conjugates = [(bar, field) for bar, field in function.conjugates if bar in used]
-    used = (used - {bar for bar, _ in conjugates}) | {field for _, field in conjugates}
-    arguments = tuple(a for a in function.arguments if not a.parameter or a.symbol in used)
+    """Common subexpressions become locals; undeclared symbols and inexact arithmetic are refused."""
+    used = set[sympy.Symbol]().union(*(expr.free_symbols for _, expr in function.outputs))
+    bars = [(bar, field) for bar, field in function.conjugates if bar in used]
+    used = used.difference(bar for bar, _ in bars).union(field for _, field in bars)
     _require_declared(function, used)
 
-    spelling = {a.symbol: a.name for a in arguments} | {bar: bar.name for bar, _ in conjugates}
-    outputs = [name for name, _ in function.outputs]
-    _require_names(function.name, [NAMESPACE, *spelling.values(), *outputs])
-    shared, expressions = _common_subexpressions([expr for _, expr in function.outputs], {*spelling.values(), *outputs})
+    arguments = tuple(a for a in function.arguments if not a.parameter or a.symbol in used)
+    spelling = {a.symbol: a.name for a in arguments} | {bar: bar.name for bar, _ in bars}
+    names = [name for name, _ in function.outputs]
+    require_names(function.name, [NAMESPACE, *spelling.values(), *names])
+
+    # In canonical order already, so SymPy need not sort: the same locals whatever the hash seed.
+    free = (t for t in sympy.numbered_symbols("t") if t.name not in {*spelling.values(), *names})
+    shared, results = sympy.cse([expr for _, expr in function.outputs], symbols=free, order="none", list=True)
+
     lowered = Lowering(name=lambda symbol: spelling.get(symbol, symbol.name))
     try:
-        bodies = [(symbol.name, lowered(expr)) for symbol, expr in shared]
-        results = tuple(zip(outputs, map(lowered, expressions), strict=True))
+        body: list[tuple[str, Node]] = [
+            (bar.name, Call("conjugate", Name(spelling[field]))) for bar, field in bars
+        ]
+        body += [(symbol.name, lowered(expr)) for symbol, expr in shared]
+        outputs = [(name, lowered(expr)) for name, expr in zip(names, results, strict=True)]
     except EmissionError as error:
         raise EmissionError(f"{function.name}: {error}") from None
-    bars = [(bar.name, Call("conjugate", Name(spelling[field]))) for bar, field in conjugates]
-    body = (*bars, *bodies)
-    count = operations(node for _, node in chain(body, results))
-    _require_namespace(function, (node for _, node in chain(body, results)))
+    nodes = [node for _, node in body + outputs]
+    require_namespace(function, nodes)
     return Program(
-        function.name, function.doc, function.labels, arguments, function.namespace, body, results, tuple((kind, number) for kind, number in count.items() if number)
+        function.name,
+        function.doc,
+        function.labels,
+        arguments,
+        function.namespace,
+        tuple(body),
+        tuple(outputs),
+        tuple((kind, number) for kind, number in operations(nodes).items() if number),
     )
-
-
-def _common_subexpressions(
-    expressions: list[sympy.Expr], taken: set[str]
-) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[sympy.Expr]]:
-    """SymPy's elimination without its own sorting: its input is already in canonical order, whatever the hash seed."""
-    names = (symbol for symbol in sympy.numbered_symbols("t") if symbol.name not in taken)
-    shared, reduced = sympy.cse(expressions, symbols=names, order="none", list=True)
-    return shared, reduced
 
 
 def _require_declared(function: Function, used: set[sympy.Symbol]) -> None:
     declared = {a.symbol for a in function.arguments}
     if missing := sorted(symbol.name for symbol in used - declared):
         allowed = ", ".join(a.name for a in function.arguments) or "none"
-        raise EmissionError(
-            f"{function.name}: {', '.join(missing)} occurs in its formulas and is no argument (declared: {allowed})"
-        )
+        raise EmissionError(f"{function.name}: {', '.join(missing)} not among its arguments ({allowed})")
 
 
-def _require_names(where: str, names: Iterable[str]) -> None:
+def require_names(where: str, names: Iterable[str]) -> None:
     """Names become code, so they must be identifiers; each is defined once."""
     seen: set[str] = set()
     for name in names:
@@ -130,7 +138,8 @@ def _require_names(where: str, names: Iterable[str]) -> None:
         seen.add(name)
 
 
-def _require_namespace(function: Function, nodes: Iterable[Node]) -> None:
-    calls = {n.function for root in nodes for n in walk(root) if isinstance(n, Call) and n.function != "conjugate"}
+def require_namespace(function: Function, nodes: Iterable[Node]) -> None:
+    parts = (part for node in nodes for part in walk(node))
+    calls = {part.function for part in parts if isinstance(part, Call)} - {"conjugate"}
     if calls and not function.namespace:
         raise EmissionError(f"{function.name}: {', '.join(sorted(calls))} needs namespace=True")

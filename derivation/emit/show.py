@@ -20,12 +20,14 @@ NOTATIONS: Mapping[Format, Notation] = {"text": TEXT, "latex": LATEX, "python": 
 WIDTH = 100
 
 
-def show(name: str, value: Any, form: Format = "text", letters: Mapping[sympy.Symbol, str] | None = None) -> str:
+def show(
+    name: str, value: Any, form: Format = "text", letters: Mapping[sympy.Symbol, str] | None = None
+) -> str:
     """The object as equations `name = …`, one below the other.
 
-    `value` is a SymPy expression or relation, an element of a polynomial ring, or a frozen record, mapping or sequence of
-    such. `letters` gives the paper's LaTeX of symbols; what is not in it is spelt by SymPy. Raises ValueError for a format that
-    is not one of `FORMATS`.
+    `value` is a SymPy expression or equation, an element of a polynomial ring, or a frozen record, mapping or
+    sequence of such. `letters` gives the paper's LaTeX of symbols; what is not in it is spelt by SymPy.
+    Raises ValueError for a format that is not one of `FORMATS`.
     """
     if form not in FORMATS:
         raise ValueError(f"unknown format {form!r}: choose one of {', '.join(FORMATS)}")
@@ -39,6 +41,8 @@ def show(name: str, value: Any, form: Format = "text", letters: Mapping[sympy.Sy
 
 def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
     """The leaves of a record with the names that lead to them."""
+    if hasattr(value, "as_expr"):  # an element of a ring is also a mapping
+        value = value.as_expr()
     if is_dataclass(value):
         members = [(f.name, getattr(value, f.name)) for f in fields(value)]
     elif isinstance(value, Mapping):
@@ -56,9 +60,9 @@ def _parts(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _equation(name: str, value: Any, form: Format, lowered: Lowering) -> str:
-    value = value.as_expr() if hasattr(value, "as_expr") else value
     if isinstance(value, sympy.Eq):
         head, value = expression(lowered(value.lhs), NOTATIONS[form]), value.rhs
+        head = f"{name}: {head}" if form == "text" else head
     else:
         head = lowered.name(sympy.Symbol(name))
     if not isinstance(value, sympy.Expr):

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from derivation.emit.nodes import Call, Imaginary, Integer, Name, Negative, Node, Power, Product, Quotient, Sum
+from derivation.emit.nodes import (
+    Call,
+    Imaginary,
+    Integer,
+    Name,
+    Negative,
+    Node,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+)
 
 SUM, PRODUCT, POWER, ATOM = range(4)  # how tightly a piece of text binds
 
@@ -14,7 +25,7 @@ BINDS: Mapping[type, int] = {Negative: SUM, Sum: SUM, Product: PRODUCT, Quotient
 
 @dataclass(frozen=True)
 class Notation:
-    """Templates of one language. A part that binds less tightly than its place asks for is put in brackets."""
+    """Templates of one language. A part that binds less tightly than its place asks for gets brackets."""
 
     imaginary: str
     times: str = "*"
@@ -61,7 +72,7 @@ def expression(node: Node, notation: Notation) -> str:
 
 
 def terms(node: Node, notation: Notation) -> list[str]:
-    """The terms of a sum with their signs (of anything else: the one term), to be joined or broken into lines."""
+    """The terms of a sum with their signs (of anything else the one term), to be joined or set in lines."""
     if not isinstance(node, Sum):
         return [expression(node, notation)]
     first, *others = node.terms
@@ -86,7 +97,7 @@ def _in_squares(node: Node, notation: Notation) -> Node:
     return node
 
 
-TEXT = Notation(imaginary="i", times=" ", quotient=("{}/{}", PRODUCT, POWER), power="{}^{}", conjugate=("conj({})", SUM))
+TEXT = Notation(imaginary="i", times=" ", power="{}^{}", conjugate=("conj({})", SUM))
 
 LATEX = Notation(
     imaginary=r"\mathrm{i}",
@@ -99,4 +110,5 @@ LATEX = Notation(
     brackets=r"\left({}\right)",
 )
 
-PYTHON = Notation(imaginary="1j", call="xp.{}({})", squares=True)  # numpy: x**3 is 3 to 8 times slower than x**2*x
+# On a numpy array x**2 costs what x*x costs, and x**3 costs 3 to 8 times what x**2*x costs.
+PYTHON = Notation(imaginary="1j", call="xp.{}({})", squares=True)

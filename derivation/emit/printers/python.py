@@ -1,4 +1,4 @@
-"""Programs as Python source: plain arithmetic that runs on every number type; nothing here knows the formulas."""
+"""Programs as Python source: plain arithmetic that runs on every number type."""
 
 from __future__ import annotations
 

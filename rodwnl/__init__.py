@@ -11,17 +11,23 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from rodwnl.coefficients import landau as landau
     from rodwnl.errors import ComputationError as ComputationError
     from rodwnl.errors import InputError as InputError
     from rodwnl.parameters import RodParameters as RodParameters
+    from rodwnl.predictions import predict as predict
+    from rodwnl.spectrum import hopf_thresholds as hopf_thresholds
 
 _HOME = {
     "ComputationError": "rodwnl.errors",
     "InputError": "rodwnl.errors",
     "RodParameters": "rodwnl.parameters",
+    "hopf_thresholds": "rodwnl.spectrum",
+    "landau": "rodwnl.coefficients",
+    "predict": "rodwnl.predictions",
 }
 
-__all__ = ["ComputationError", "InputError", "RodParameters", "__version__"]
+__all__ = [*_HOME, "__version__"]
 
 
 def __getattr__(name: str) -> object:

@@ -1,20 +1,36 @@
+import math
 from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rodwnl import tables
 from rodwnl.errors import ComputationError
 from rodwnl.parameters import RodParameters
-from rodwnl.tables import Erratum, PrintedRow, at_printed_precision, compare, errata, printed_rows
+from rodwnl.spectrum import hopf_thresholds
+from rodwnl.tables import (
+    Erratum,
+    PrintedRow,
+    at_printed_precision,
+    centred_slope,
+    compare,
+    compared_rows,
+    errata,
+    printed_rows,
+)
 
 ROW = PrintedRow("tab:t", "(a)", RodParameters(1, 1, 1), 1, {"force": "2.50", "alpha": "-1.20 - 3.4i"})
 VALUES = {"force": 2.4951, "alpha": -1.2049 - 3.4499j}
 ERRATUM = Erratum("tab:t", "(a)", "alpha", "-1.20 - 3.4i", "-1.21 - 3.4i", "a proof")
 
 
-def statuses(row=ROW, values=VALUES, known=()):
-    return {cell.column: cell.status for cell in compare(row, values, known)}
+def cells(values=VALUES, known=()):
+    return {c.column: c for c in compare(ROW, {name: (v, v) for name, v in values.items()}, known)}
+
+
+def statuses(values=VALUES, known=()):
+    return {column: cell.status for column, cell in cells(values, known).items()}
 
 
 @pytest.mark.parametrize(
@@ -57,7 +73,7 @@ def test_a_cell_that_does_not_round_to_what_is_printed_differs():
 def test_a_listed_erratum_is_confirmed_with_its_evidence():
     values = VALUES | {"alpha": -1.2051 - 3.4j}
     assert statuses(values=values, known=(ERRATUM,))["alpha"] == "erratum"
-    assert compare(ROW, values, (ERRATUM,))[1].remark == "a proof"
+    assert cells(values, (ERRATUM,))["alpha"].remark == "a proof"
 
 
 @pytest.mark.parametrize(
@@ -69,7 +85,7 @@ def test_a_listed_erratum_is_confirmed_with_its_evidence():
     ],
 )
 def test_an_erratum_that_does_not_hold_is_a_difference(values, erratum):
-    cell = compare(ROW, values, (erratum,))[1]
+    cell = cells(values, (erratum,))["alpha"]
     assert cell.status == "differs"
     assert "does not hold" in cell.remark
 
@@ -77,6 +93,15 @@ def test_an_erratum_that_does_not_hold_is_a_difference(values, erratum):
 def test_an_erratum_speaks_of_its_own_cell_only():
     for other in ({"label": "tab:u"}, {"row": "(b)"}, {"column": "beta"}):
         assert statuses(known=(replace(ERRATUM, **other),))["alpha"] == "numeric"
+
+
+def test_digits_of_agreement():
+    def agreement(value, independent):
+        return compare(ROW, {"force": (value, independent)}, ())[0].agreement
+
+    assert agreement(2.5, 2.5) == 15
+    assert agreement(2.5, 2.5 * (1 + 2e-9)) == 8
+    assert agreement(2.5, -2.5) == -1
 
 
 def test_the_tables_are_whole():
@@ -95,8 +120,35 @@ def test_the_tables_are_whole():
 
 
 def test_every_erratum_names_a_cell_as_it_is_printed():
-    cells = {(row.table, row.name, c): text for row in printed_rows() for c, text in row.cells.items()}
+    printed = {(row.table, row.name, c): text for row in printed_rows() for c, text in row.cells.items()}
     for erratum in errata():
-        assert cells[erratum.label, erratum.row, erratum.column] == erratum.printed
+        assert printed[erratum.label, erratum.row, erratum.column] == erratum.printed
         assert erratum.computed != erratum.printed
         assert erratum.evidence
+
+
+def test_the_computed_tables():
+    rows = compared_rows()
+    assert [row for row, _ in rows] == list(printed_rows())
+    for row, compared in rows:
+        assert [c.column for c in compared if not c.method] == list(row.cells)
+        differences = [c.column for c in compared if c.method]
+        assert differences == [c for c in row.cells if c.endswith("_slope")]
+        for cell in compared:
+            assert cell.status in {"numeric", "erratum"}
+            # the centred difference has the error δF²/6 |λ'''|, everything else only round-off
+            assert cell.agreement >= (5 if cell.method else 9)
+
+
+def test_the_centred_difference_is_of_second_order():
+    rod = RodParameters(200, "1e4", "1e-4")
+    for threshold in hopf_thresholds(rod):
+        coarse, fine = (abs(centred_slope(rod, threshold, step) - threshold.slope) for step in (0.4, 0.2))
+        assert math.log2(coarse / fine) == pytest.approx(2, abs=0.1)
+
+
+def test_a_row_of_a_threshold_that_is_not_there(monkeypatch):
+    row = replace(printed_rows()[0], threshold=3)
+    monkeypatch.setattr(tables, "printed_rows", lambda: (row,))
+    with pytest.raises(ComputationError, match=r"tab:parameters \(a, b\): found 1 thresholds, not number 3"):
+        compared_rows.__wrapped__()

@@ -73,6 +73,21 @@ def chebyshev(degree: int) -> Grid:
     return grid
 
 
+def interpolation(degree: int, points: Array) -> Array:
+    """(len(points), N+1): values at the nodes of this degree -> their polynomial at other points of [0, 1].
+
+    The barycentric formula (Berrut & Trefethen 2004, doi:10.1137/S0036144502417715).
+    """
+    weights = (-1.0) ** np.arange(degree + 1)
+    weights[[0, -1]] /= 2
+    distance = np.asarray(points)[:, None] - chebyshev(degree).nodes
+    at_node = distance == 0
+    distance[at_node.any(axis=1)] = np.inf
+    distance[at_node] = 1.0
+    terms = weights / distance
+    return np.asarray(terms / terms.sum(axis=1, keepdims=True))
+
+
 def _clenshaw_curtis(degree: int) -> Array:
     """w·p(nodes) = ∫₀¹ p du for polynomials p up to the degree: ∫₀¹ T_k(2u − 1) du = 1/(1 − k²), k even."""
     k = np.arange(0, degree + 1, 2)
@@ -248,7 +263,7 @@ class DiscreteRod:
 
 @dataclass(frozen=True)
 class _Local:
-    """At the inner nodes: e1 = (c, s), strains, (x'', y'') along e1, e2, velocities; at the tip cosθ, sinθ."""
+    """Inner nodes: e1 = (c, s), strains, (x'', y'') along e1, e2, velocities; tip: cosθ, sinθ."""
 
     c: Array
     s: Array

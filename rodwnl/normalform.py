@@ -172,7 +172,7 @@ def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, floa
 
 
 def _tail(q: Vector, degree: int) -> float:
-    """The two last Chebyshev coefficients of each field, relative to its largest; vanishing fields left out."""
+    """The two last Chebyshev coefficients, relative to the field's largest; vanishing fields left out."""
     fields = q.reshape(3, degree + 1)
     mirrored = np.concatenate([fields, fields[:, -2:0:-1]], axis=1)
     series = np.abs(np.fft.fft(mirrored, axis=1)[:, : degree + 1])

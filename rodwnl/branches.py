@@ -1,0 +1,216 @@
+"""Branches of periodic orbits: from a Hopf point through folds to where they end, with their stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl.continuation import ConvergenceError, Point, advance, correct, locate, solve_at
+from rodwnl.cycles import OrbitSystem, Rod
+from rodwnl.floquet import multipliers
+from rodwnl.orbits import FINEST, Cycle, onset, regridded, suited
+
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.25, 1e-6  # in (F/F_c, ω/ω_c, s)
+MOST_POINTS = 150
+TAILS = 1e-8, 3e-6, 3e-5  # of orbits on a branch: coarsen below the first, refine above the last, aim between
+EVENT_ACCURACY = 1e-7  # absolute, in the force
+EVENT_DISTANCE = 1e-8  # along the branch
+
+Kind = Literal["fold", "symmetry breaking", "torus"]
+End = Literal["Hopf point", "force asked for", "range of forces", "number of points", "not resolved"]
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """An orbit on a branch. rho: eigenvalues of its half-period map without the trivial 1, largest first."""
+
+    system: OrbitSystem
+    point: Point
+    rho: NDArray[np.complex128]
+
+    @property
+    def cycle(self) -> Cycle:
+        return Cycle(self.system, self.point.X)
+
+    @property
+    def unstable(self) -> int:
+        """Number of Floquet multipliers outside the unit circle."""
+        return int((np.abs(self.rho) > 1).sum())
+
+    @property
+    def stable(self) -> bool:
+        return self.unstable == 0
+
+    @property
+    def forward(self) -> float:
+        """Change of the force per distance along the branch; 0 at a fold."""
+        return float(self.point.tangent[-2])
+
+
+@dataclass(frozen=True)
+class Event:
+    """A fold or another change of stability. error: what the last refinement of the grid changed in the
+    force.
+
+    kind: of the eigenvalue ρ of the half-period map that crosses the unit circle. At a fold ρ = 1; where
+    the orbit loses its reflection symmetry ρ = −1; a complex pair starts a torus (Neimark–Sacker; period
+    doubling if ρ = ±i).
+    """
+
+    kind: Kind
+    at: BranchPoint
+    error: float
+
+    @property
+    def force(self) -> float:
+        return self.at.cycle.force
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Orbits along a branch, in their order, from a Hopf point on.
+
+    start: the Hopf point's force. A_tip2_slope, omega_slope: dA_tip²/dF and dω/dF there, from the branch's
+    tangent. end: why it stops; end_force: the force there (that of the other Hopf point, say).
+    """
+
+    rod: Rod
+    start: float
+    A_tip2_slope: float
+    omega_slope: float
+    points: tuple[BranchPoint, ...]
+    events: tuple[Event, ...]
+    end: End
+    end_force: float
+
+    @property
+    def folds(self) -> tuple[Event, ...]:
+        return tuple(event for event in self.events if event.kind == "fold")
+
+
+def branch(
+    rod: Rod, force: float, omega: float, until: float | None = None, most_points: int = MOST_POINTS,
+    watch: Callable[[BranchPoint], None] = lambda point: None,
+) -> Branch:  # fmt: skip
+    """The branch from the Hopf point near (force, omega) to its other end, or to where it reaches the force
+    `until`.
+
+    `watch` is called with each point found. Raises ComputationError where there is no Hopf point.
+    """
+    begin = onset(rod, force, omega)
+    system, point, step = begin.system, begin.point, FIRST_STEP
+    by_force = point.tangent / point.tangent[-2]
+    points: list[BranchPoint] = []
+    events: list[Event] = []
+    end: End = "number of points"
+    while len(points) < most_points:
+        try:
+            system, point = _on_suitable_grid(system, point)
+            new, length, step = advance(system, point, step, SHORTEST_STEP)
+        except ConvergenceError:
+            end = "not resolved"
+            break
+        step = min(step, LONGEST_STEP)
+        last = _last(system, point, new, until)
+        if last is not None:
+            end, new = last
+        if end != "Hopf point":
+            points.append(_judged(system, new))
+            watch(points[-1])
+            if len(points) > 1:
+                events += _events(_judged(system, point), length, points[-1])
+        point = new
+        if last is not None:
+            break
+    return Branch(
+        rod=rod,
+        start=begin.system.force_scale,
+        A_tip2_slope=float(by_force[-1] * begin.tip_per_angle**2),
+        omega_slope=float(by_force[-3]),
+        points=tuple(points),
+        events=tuple(events),
+        end=end,
+        end_force=float(point.X[-2]),
+    )
+
+
+def _judged(system: OrbitSystem, point: Point) -> BranchPoint:
+    return BranchPoint(system, point, multipliers(Cycle(system, point.X)).half)
+
+
+def _last(system: OrbitSystem, point: Point, new: Point, until: float | None) -> tuple[End, Point] | None:
+    """The end of the branch between two neighbouring points, if it is there."""
+    if new.X[-1] <= 0:
+        return "Hopf point", solve_at(system, new.X, -1, 0.0)
+    stops: list[tuple[End, float]] = [("range of forces", 0.0), ("range of forces", system.rod.k1)]
+    if until is not None:
+        stops.insert(0, ("force asked for", until))
+    for end, stop in stops:
+        before, after = point.X[-2] - stop, new.X[-2] - stop
+        if before * after < 0 or after == 0:
+            weight = before / (before - after)
+            return end, solve_at(system, point.X + weight * (new.X - point.X), -2, stop)
+    return None
+
+
+def _on_suitable_grid(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, Point]:
+    """The same point on a grid whose tails lie in the range of TAILS, within FINEST."""
+    cycle = Cycle(system, point.X)
+    least, aim, most = TAILS
+    now, wanted = (system.count, system.degree), suited(cycle, aim)
+    chosen = tuple(
+        want if tail < least or tail > most else have
+        for want, have, tail in zip(wanted, now, cycle.tails, strict=True)
+    )
+    return (system, point) if chosen == now else _moved(system, point, (chosen[0], chosen[1]))
+
+
+def _moved(system: OrbitSystem, point: Point, resolution: tuple[int, int]) -> tuple[OrbitSystem, Point]:
+    """The same point on another grid, with its tangent's direction kept."""
+    new, guess = regridded(Cycle(system, point.X), resolution)
+    tangent, curvature = system.resampled(point.tangent, new), system.resampled(point.curvature, new)
+    return new, replace(correct(new, guess, new.metric * tangent, tangent), curvature=curvature)
+
+
+def _events(before: BranchPoint, length: float, after: BranchPoint) -> list[Event]:
+    """What changes between two neighbouring points: a fold, and what a fold does not explain."""
+    found = []
+    change = after.unstable - before.unstable
+    if before.forward * after.forward < 0:
+        found.append(_pinned("fold", before, length, after, lambda at: at.forward))
+        change -= int(np.sign(change))
+    if change:
+        k = min(before.unstable, after.unstable)
+        rho = min(before.rho[k], after.rho[k], key=lambda value: abs(abs(value) - 1))
+        kind: Kind = "torus" if abs(rho.imag) > 1e-9 else "symmetry breaking"
+        found.append(_pinned(kind, before, length, after, lambda at: float(np.log(np.abs(at.rho[k])))))
+    return found
+
+
+def _pinned(
+    kind: Kind, before: BranchPoint, length: float, after: BranchPoint, event: Callable[[BranchPoint], float]
+) -> Event:
+    """The place between two points where the event is 0, on finer grids until the force has settled."""
+    system, point = before.system, before.point
+
+    def value(new: Point) -> float:
+        return event(_judged(system, new) if kind != "fold" else BranchPoint(system, new, before.rho))
+
+    start, end = event(before), event(after)
+    distance = length * start / (start - end)
+    point, _ = locate(system, point, value, distance, EVENT_DISTANCE * 1e3)
+    while True:
+        rough = float(point.X[-2])
+        finer = tuple(
+            max(a, b + 4)
+            for a, b in zip(suited(Cycle(system, point.X)), (system.count, system.degree), strict=True)
+        )
+        system, point = _moved(system, point, (finer[0], finer[1]))
+        point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
+        error = abs(float(point.X[-2]) - rough)
+        if error < EVENT_ACCURACY or finer[0] >= FINEST[0] or finer[1] >= FINEST[1]:
+            return Event(kind, _judged(system, point), error)

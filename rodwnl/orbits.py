@@ -1,0 +1,214 @@
+"""Periodic orbits of the full nonlinear rod: amplitude, frequency, harmonics, and their error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl.collocation import interpolation
+from rodwnl.continuation import Point, solve_at
+from rodwnl.cycles import PARITY, OrbitSystem, Rod, flow, half_period
+from rodwnl.errors import ComputationError
+from rodwnl.normalform import normal_form
+from rodwnl.strainform import follower, integrals
+
+Array = NDArray[np.float64]
+
+Resolution = tuple[int, int]  # phases in half a period (even), degree in u
+
+COARSE: Resolution = (8, 18)
+FINEST: Resolution = (48, 56)
+ACCURACY = 1e-9  # relative, of A_tip and ω
+NEGLIGIBLE = 1e-6  # tail aimed at: what it changes in A_tip and ω is about a thousand times smaller
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A solution of the orbit's equations on one grid; what is read off it is computed when asked for."""
+
+    system: OrbitSystem
+    X: Array
+
+    @property
+    def force(self) -> float:
+        return float(self.X[-2])
+
+    @property
+    def omega(self) -> float:
+        return float(self.X[-3])
+
+    @property
+    def square(self) -> float:
+        """s = a², a the first harmonic of the tip's angle in radians."""
+        return float(self.X[-1])
+
+    def shape(self, phases: Array, points: Array | None = None) -> tuple[Array, Array, Array]:
+        """x, y, θ at phases τ = ωt and points u (default: all nodes), (len(phases), len(points)) each."""
+        slopes, _, force, s = self.system.unpack(self.X)
+        time, matrices = half_period(self.system.count), integrals(self.system.degree)
+        fields = [time.at(parity, phases) @ slopes[:, i] for i, parity in enumerate(PARITY)]
+        e1, e2, P = (-field @ matrices.down.T for field in fields)
+        a = np.sqrt(max(s, 0.0))
+        theta = a * (P @ matrices.up.T)
+        h1, h2 = 1 - force / self.system.rod.k1 + s * e1, a * e2
+        c, sine = np.cos(theta), np.sin(theta)
+        at = np.eye(matrices.nodes.size) if points is None else interpolation(self.system.degree, points)
+        x, y = (h1 * c - h2 * sine) @ matrices.up.T, (h1 * sine + h2 * c) @ matrices.up.T
+        return x @ at.T, y @ at.T, theta @ at.T
+
+    @cached_property
+    def tip_series(self) -> Array:
+        """(2, K): cosine and sine coefficients of the tip's y(τ) for the odd harmonics 1, 3, …, 2K − 1."""
+        fine = half_period(4 * self.system.count)
+        series = fine.series["odd"] @ self.shape(fine.phases)[1][:, -1]
+        return np.asarray(series.reshape(2, -1))
+
+    @cached_property
+    def tip_amplitude(self) -> float:
+        """Half the peak-to-peak of the tip's y, that is the largest |y|, refined by Newton's method."""
+        k = np.arange(1.0, 2 * self.tip_series.shape[1], 2)
+        c, s = self.tip_series
+
+        def y(phase: Array, order: int) -> Array:
+            angle = np.multiply.outer(phase, k) + order * np.pi / 2
+            return np.asarray(np.cos(angle) @ (k**order * c) + np.sin(angle) @ (k**order * s))
+
+        grid = np.linspace(0, np.pi, 16 * k.size)
+        phase = grid[np.argmax(np.abs(y(grid, 0)))]
+        for _ in range(4):
+            curvature = y(phase, 2)
+            if curvature:
+                phase = phase - np.clip(y(phase, 1) / curvature, -grid[1], grid[1])
+        return float(np.abs(y(phase, 0)))
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest defect of the equations relative to the largest velocity, by field."""
+        G, _ = self.system.linearised(self.X)
+        slopes, _, force, s = self.system.unpack(self.X)
+        velocity = np.abs(flow(self.system.rod, slopes, force, s, self.system.degree).right_hand_side)
+        defect = np.abs(G[:-2]).reshape(slopes.shape)
+        return float((defect.max(axis=(0, 2)) / velocity.max(axis=(0, 2))).max())
+
+    @cached_property
+    def tails(self) -> tuple[float, float]:
+        """The highest harmonics and Chebyshev coefficients of the slopes, relative to the largest."""
+        slopes, *_ = self.system.unpack(self.X)
+        count, time = self.system.count, half_period(self.system.count)
+        in_time = in_space = 0.0
+        for i, parity in enumerate(PARITY):
+            field, k = slopes[:, i], time.harmonics[parity]
+            largest = np.abs(field).max()
+            high = np.concatenate([k, k[(k > 0) & (k < count)]]) >= count - 2
+            harmonics = np.abs(time.series[parity] @ field).max(axis=1)
+            mirrored = np.concatenate([field, field[:, -2:0:-1]], axis=1)
+            powers = np.abs(np.fft.rfft(mirrored, axis=1)).max(axis=0) / self.system.degree
+            in_time = max(in_time, float(harmonics[high].max() / largest))
+            in_space = max(in_space, float(powers[-2:].max() / largest))
+        return in_time, in_space
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic orbit; lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+
+    A_tip: half the peak-to-peak of the tip's y. error: relative change of A_tip or ω, the larger, by the
+    last refinement. harmonics: amplitudes of the tip's y at ω, 3ω, 5ω, …. residual: see `Cycle`.
+    multipliers: Floquet multipliers of the period without the trivial 1, largest first.
+    """
+
+    cycle: Cycle
+    A_tip: float
+    omega: float
+    force: float
+    harmonics: tuple[float, ...]
+    residual: float
+    error: float
+    multipliers: tuple[complex, ...]
+    stable: bool
+
+
+@dataclass(frozen=True)
+class Onset:
+    """A Hopf point, where its branch begins: s = 0, tangent towards s > 0. tip_per_angle: A_tip/a there."""
+
+    system: OrbitSystem
+    point: Point
+    tip_per_angle: float
+
+
+def onset(rod: Rod, force: float, omega: float, resolution: Resolution = COARSE) -> Onset:
+    """The Hopf point nearest to this guess. Raises ComputationError where there is none."""
+    count, degree = resolution
+    form = normal_form(follower(*rod), force, omega, degree)
+    system = OrbitSystem(rod, count, degree, form.force, form.omega)
+    matrices = integrals(degree)
+    mode = form.mode.reshape(3, degree + 1)  # tip displacement 1
+    angle = -matrices.whole @ matrices.down @ mode[2]
+    slopes = np.real(np.exp(1j * half_period(count).phases)[:, None, None] * mode / angle)
+    guess = system.pack(slopes, form.omega, form.force, 0.0)
+    return Onset(system, solve_at(system, guess, -1, 0.0), float(1 / np.abs(angle)))
+
+
+def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
+    """The resolution at which geometric tails would fall to the target, half to twice the present one."""
+
+    def number(now: int, tail: float, finest: int) -> int:
+        wanted = now * np.log(target) / np.log(min(max(tail, 1e-15), 0.5))
+        return int(min(2 * np.ceil(np.clip(wanted, now / 2, 2 * now) / 2), finest))
+
+    in_time, in_space = cycle.tails
+    count, degree = cycle.system.count, cycle.system.degree
+    return max(number(count, in_time, FINEST[0]), COARSE[0]), max(
+        number(degree, in_space, FINEST[1]), COARSE[1]
+    )
+
+
+def regridded(cycle: Cycle, resolution: Resolution) -> tuple[OrbitSystem, Array]:
+    """The system of this resolution and the cycle as a guess for it."""
+    old = cycle.system
+    new = OrbitSystem(old.rod, *resolution, old.force_scale, old.omega_scale)
+    return new, old.resampled(cycle.X, new)
+
+
+def orbit_at(guess: Cycle, force: float) -> Orbit:
+    """The periodic orbit at this force, near the guess, refined until A_tip and ω have settled to ACCURACY.
+
+    Raises ComputationError where Newton's method finds none or the finest grid does not suffice.
+    """
+    from rodwnl.floquet import multipliers
+
+    system, X = guess.system, guess.X
+    cycle = Cycle(system, solve_at(system, X, -2, force).X)
+    while True:
+        finer = tuple(
+            max(a, b + 4) for a, b in zip(suited(cycle), (system.count, system.degree), strict=True)
+        )
+        if finer[0] > FINEST[0] or finer[1] > FINEST[1]:
+            raise ComputationError(
+                f"the orbit at force {force:.6g} is not resolved by {system.count} phases and degree "
+                f"{system.degree} (tails {cycle.tails[0]:.0e}, {cycle.tails[1]:.0e})"
+            )
+        system, X = regridded(cycle, (finer[0], finer[1]))
+        before, cycle = cycle, Cycle(system, solve_at(system, X, -2, force).X)
+        error = max(
+            abs(before.tip_amplitude / cycle.tip_amplitude - 1) if cycle.square > 0 else np.inf,
+            abs(before.omega / cycle.omega - 1),
+        )
+        if error < ACCURACY:
+            break
+    floquet = multipliers(cycle)
+    return Orbit(
+        cycle=cycle,
+        A_tip=cycle.tip_amplitude,
+        omega=cycle.omega,
+        force=force,
+        harmonics=tuple(float(v) for v in np.hypot(*cycle.tip_series)),
+        residual=cycle.residual,
+        error=float(error),
+        multipliers=tuple(complex(v) for v in floquet.full[:6]),
+        stable=floquet.stable,
+    )

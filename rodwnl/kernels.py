@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-import tomllib
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -76,6 +75,8 @@ def source_folder() -> Path:
 
     Where `generated` was deleted, its place beside the package `rodwnl`. InputError outside a source tree.
     """
+    import tomllib  # 5 ms that only `derive` needs
+
     folder = location() if _found() else Path(__file__).resolve().parent.parent / PACKAGE
     project = folder.parent / "pyproject.toml"
     try:

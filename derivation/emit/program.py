@@ -16,13 +16,11 @@ from derivation.emit.lower import EmissionError, Lowering
 from derivation.emit.nodes import Call, Name, Node, operations, walk
 
 NAMESPACE = "xp"
-NODES = "(..., nodes)"
-SCALAR = "(..., 1)"  # one number a rod; for one rod a plain number
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A declared argument, spelt `name` in code.
+    """A declared argument, spelt `name` in code; `shape` is text for its reader.
 
     A `parameter` leaves the signature of a function whose formulas do not need it.
     """
@@ -30,7 +28,7 @@ class Argument:
     name: str
     symbol: sympy.Symbol
     doc: str
-    shape: str = NODES
+    shape: str = "(..., nodes)"
     parameter: bool = False
 
 

@@ -12,7 +12,7 @@ import sympy
 from derivation.emit.lower import Lowering
 from derivation.emit.nodes import Name, Node
 from derivation.emit.printers import python
-from derivation.emit.printers.notation import LATEX, PYTHON, TEXT, Notation, expression, terms
+from derivation.emit.printers.notation import LATEX, PYTHON, TEXT, Notation, expression, rows
 
 Format = Literal["text", "latex", "python"]
 FORMATS: tuple[Format, ...] = ("text", "latex", "python")
@@ -70,23 +70,12 @@ def _equation(name: str, value: Any, form: Format, lowered: Lowering) -> str:
     node = lowered(value)
     if form == "python":
         return textwrap.dedent(python.statement(f"{head} = ", node))
-    rows = _rows(node, NOTATIONS[form], WIDTH - len(head))
+    lines = rows(node, NOTATIONS[form], WIDTH - len(head))
     if form == "text":
-        return f"{head} = " + f"\n{' ' * len(head)} ".join(rows)
-    if len(rows) == 1:
-        return f"{head} = {rows[0]}"
-    return f"\\begin{{aligned}}\n{head} ={{}}& " + " \\\\\n&".join(rows) + "\n\\end{aligned}"
-
-
-def _rows(node: Node, notation: Notation, width: int) -> list[str]:
-    """A long sum is broken between its terms, so that brackets and fractions stay whole."""
-    rows = [""]
-    for term in terms(node, notation):
-        if rows[-1] and len(rows[-1] + term) > width:
-            rows.append(term.lstrip())
-        else:
-            rows[-1] += term
-    return rows
+        return f"{head} = " + f"\n{' ' * len(head)} ".join(lines)
+    if len(lines) == 1:
+        return f"{head} = {lines[0]}"
+    return f"\\begin{{aligned}}\n{head} ={{}}& " + " \\\\\n&".join(lines) + "\n\\end{aligned}"
 
 
 def _spelling(form: Format, letters: Mapping[sympy.Symbol, str]) -> Callable[[sympy.Symbol], str]:

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "47d909b2d6f364ebf48badb9dc4223aa6fd2fd138ba238b9e9a327673212143d"
+FINGERPRINT = "d97b15972d7c1f4340c74029e9a111d08d8a6b4b2ceef3c685f0e0c6b2ba4022"

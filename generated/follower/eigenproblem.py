@@ -111,7 +111,8 @@ def boundary_column(r, exp_r, lam, k1, k2, force):
 
 
 def adjoint_boundary_column(r, exp_r, lam, k1, k2, force):
-    """Contributions to Psi_Y(0), Psi_Theta(0), k2 Psi_Y'(1) - mu Psi_Theta(1), Psi_Theta'(1) + force Psi_Y(1).
+    """Contributions to Psi_Y(0), Psi_Theta(0), k2 Psi_Y'(1) - mu Psi_Theta(1), Psi_Theta'(1) + force
+    Psi_Y(1).
 
     r (...): exponent of exp(r u)
     exp_r (...): exp(r), or any multiple of it that scales the column

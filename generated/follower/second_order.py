@@ -32,8 +32,8 @@ def X0_forcing(Y, Theta, Theta_u, H, lam, k1, k2, gamma1, force):
     Theta_bar = Theta.conjugate()
     t0 = k1/k2
     return (
-        H_bar*Theta_u*(k2 - k1) + Theta_bar*Y*lam*(gamma1 - t0) - Theta_bar*Theta_u*t0*(force + k2*(1
-        - force/k1))
+        H_bar*Theta_u*(k2 - k1) + Theta_bar*Y*lam*(gamma1 - t0)
+        - Theta_bar*Theta_u*t0*(force + k2*(1 - force/k1))
     )
 
 

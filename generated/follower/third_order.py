@@ -29,8 +29,9 @@ def g1(Y, Theta, Theta_u, H, X2, P0, P2, lam, k1, k2, gamma1):
     t1 = 1 - t0
     t2 = 2*Theta_bar
     return (
-        t1*(P0*Theta_u + P0_bar*Theta_u + P2*Theta_bar_u) + k2*t1*(H*Theta*Theta_bar_u + H*Theta_bar*Theta_u
-        + H_bar*Theta*Theta_u) + lam*(1 - gamma1*t0)*(X2*t2 + Theta*Y*t2 - Y_bar*Theta**2)
+        t1*(P0*Theta_u + P0_bar*Theta_u + P2*Theta_bar_u)
+        + k2*t1*(H*Theta*Theta_bar_u + H*Theta_bar*Theta_u + H_bar*Theta*Theta_u)
+        + lam*(1 - gamma1*t0)*(X2*t2 + Theta*Y*t2 - Y_bar*Theta**2)
     )
 
 

@@ -19,7 +19,9 @@ TOY = Package(
     "A toy.",
     (
         Module(
-            "one", "One.", (Function("half", "x/2.", (), (Argument("x", x, "a field"),), (("y", x / 2),)),)
+            "one",
+            "One.",
+            (Function("half", "x/2.", (), (Argument("x", x, "a field", "(...)"),), (("y", x / 2),)),),
         ),
     ),
 )

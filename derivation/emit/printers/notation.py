@@ -71,8 +71,19 @@ def expression(node: Node, notation: Notation) -> str:
     raise TypeError(f"no notation for {node!r}")
 
 
+def rows(node: Node, notation: Notation, width: int) -> list[str]:
+    """The node on as many lines as needed: a sum is broken between its terms, so brackets stay whole."""
+    lines = [""]
+    for term in terms(node, notation):
+        if lines[-1] and len(lines[-1] + term) > width:
+            lines.append(term.lstrip())
+        else:
+            lines[-1] += term
+    return lines
+
+
 def terms(node: Node, notation: Notation) -> list[str]:
-    """The terms of a sum with their signs (of anything else the one term), to be joined or set in lines."""
+    """The terms of a sum with their signs; of anything else the one term."""
     if not isinstance(node, Sum):
         return [expression(node, notation)]
     first, *others = node.terms

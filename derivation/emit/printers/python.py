@@ -6,15 +6,17 @@ import textwrap
 from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
+from itertools import pairwise
 from string import Template
 
 from derivation.emit.lower import EmissionError
 from derivation.emit.nodes import Node
-from derivation.emit.printers.notation import PYTHON, expression
+from derivation.emit.printers.notation import PYTHON, expression, rows
 from derivation.emit.program import NAMESPACE, Module, Program, compile_function
 
 WIDTH = 110
 INDENT = " " * 4
+GLUE = "\xa0"
 
 
 @cache
@@ -45,20 +47,36 @@ def function(program: Program) -> str:
     return template("function").substitute(
         name=program.name,
         arguments=", ".join(arguments),
-        doc=docstring(program.doc),
+        doc="\n".join(_wrapped('"""' + docstring(program.doc), INDENT)),
         facts="\n".join(_facts(program)),
         body="\n".join(body),
     )
 
 
 def statement(prefix: str, node: Node) -> str:
-    """One statement; a long one is put in brackets and broken before its plus and minus signs."""
-    text = expression(node, PYTHON)
-    if len(line := INDENT + prefix + text) <= WIDTH:
+    """One statement; a long one is put in brackets and broken between its terms, a long term inside too."""
+    if len(line := INDENT + prefix + expression(node, PYTHON)) <= WIDTH:
         return line
-    glued = text.replace(" + ", " +\xa0").replace(" - ", " -\xa0")
-    lines = _wrapped(glued, INDENT * 2)
-    return "\n".join([f"{INDENT}{prefix}(", *(line.replace("\xa0", " ") for line in lines), f"{INDENT})"])
+    lines = [line for row in rows(node, PYTHON, WIDTH - 2 * len(INDENT)) for line in _broken(row)]
+    return "\n".join([f"{INDENT}{prefix}(", *lines, f"{INDENT})"])
+
+
+def _broken(row: str) -> list[str]:
+    """A row on several lines if it needs them, broken before signs inside as few brackets as possible."""
+    for depth in range(row.count("(") + 1):
+        lines = _wrapped(_glued(row, depth), INDENT * 2, hanging=INDENT)
+        if max(map(len, lines)) <= WIDTH:
+            break
+    return [line.replace(GLUE, " ") for line in lines]
+
+
+def _glued(row: str, depth: int) -> str:
+    """Only spaces before a sign inside at most so many brackets remain spaces, where a line may end."""
+    text, inside = "", 0
+    for before, char in pairwise(" " + row):
+        inside += (char == "(") - (char == ")")
+        text += GLUE if char == " " and (before in "+-" or inside > depth) else char
+    return text
 
 
 def docstring(text: str) -> str:

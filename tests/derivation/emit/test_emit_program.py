@@ -13,15 +13,15 @@ import sympy
 from derivation.emit.lower import EmissionError
 from derivation.emit.nodes import evaluate
 from derivation.emit.printers import python
-from derivation.emit.program import SCALAR, Argument, Function, Module, compile_function
+from derivation.emit.program import Argument, Function, Module, compile_function
 
 Y, Yc, X, Xc, a, b, s = sympy.symbols("Y Y_bar X X_bar a b s")
 
 ARGUMENTS = (
     Argument("Y", Y, "a field"),
     Argument("X", X, "another field"),
-    Argument("a", a, "a constant", SCALAR, parameter=True),
-    Argument("b", b, "another constant", SCALAR, parameter=True),
+    Argument("a", a, "a constant", "(..., 1)", parameter=True),
+    Argument("b", b, "another constant", "(..., 1)", parameter=True),
 )
 
 FORMULAS = {
@@ -212,7 +212,10 @@ def test_refused_names(name, message):
 
 def test_locals_avoid_declared_names():
     t0 = sympy.Symbol("t0")
-    arguments = (Argument("t0", t0, "named like a local"), Argument("Y", Y, "a field"))
+    arguments = (
+        Argument("t0", t0, "named like a local"),
+        Argument("Y", Y, "a field"),
+    )
     program = compile_function(make(("t1", (t0 + Y) ** 2 * (t0 + Y) * Y), ("q", t0 + Y), arguments=arguments))
     names = [name for name, _ in program.locals] + ["t0", "t1", "q", "Y"]
     assert len(set(names)) == len(names) > 4

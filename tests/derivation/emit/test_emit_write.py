@@ -16,7 +16,11 @@ from derivation.emit.program import Argument, Function, Module, Package
 from derivation.emit.write import difference, render, write
 
 x, y, k = sympy.symbols("x y k")
-ARGUMENTS = (Argument("x", x, "a field"), Argument("y", y, "a field"), Argument("k", k, "a constant"))
+ARGUMENTS = (
+    Argument("x", x, "a field", "(...)"),
+    Argument("y", y, "a field", "(...)"),
+    Argument("k", k, "a constant", "(...)"),
+)
 
 
 def package(factor: int = 1, model: str = "toy", name: str = "f") -> Package:
@@ -37,7 +41,7 @@ generators = [ring.from_expr(sympy.Symbol(name)) for name in set(names)]
 expr = (sum(generators) ** 3 / 6 + sum(g**2 for g in set(generators))).as_expr() + sympy.I * symbols[0]
 extra = sum({s / (symbols[5] - symbols[6]) for s in symbols}) * (1 - symbols[6] / symbols[5])
 extra += sympy.conjugate(symbols[0])
-arguments = tuple(Argument(s.name, s, "a field") for s in symbols)
+arguments = tuple(Argument(s.name, s, "a field", "(...)") for s in symbols)
 function = Function("f", "A formula.", (), arguments, (("p", expr), ("q", extra * expr), ("r", extra)))
 print(sympy.external.gmpy.GROUND_TYPES)
 print(render(Package("toy", "A toy.", (Module("one", "One.", (function,)),))))

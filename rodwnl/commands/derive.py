@@ -59,5 +59,6 @@ def _show(name: str, form: Format) -> int:
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
     equations = known[name].equations
-    print(show(name, equations, form, latex_names()))
+    one = len(equations) == 1 and str(equations[0].lhs) == name
+    print(show(name, equations[0].rhs if one else equations, form, latex_names()))
     return 0

@@ -61,7 +61,7 @@ def test_options_that_make_no_sense_together(capsys, arguments, message):
 @pytest.mark.parametrize(
     ("form", "start", "part"),
     [
-        ("text", "g2 = ", "Theta_u"),
+        ("text", "g2 = ", "Theta_u (1 - k2/k1)"),
         ("latex", "\\begin{aligned}\ng_2 =", r"\tilde{k}_2"),
         ("python", "g2 = ", "k2/k1"),
     ],

@@ -43,6 +43,7 @@ from derivation.paper.syntax import (
     Sum,
     Sym,
     Tuple,
+    children,
     walk,
 )
 from derivation.paper.tokens import NAMES, tokenize
@@ -313,15 +314,19 @@ class _Builder(Transformer[Token, Any]):
 
     def _is_value(self, fn: Any, paren: _Paren) -> bool:
         head = fn
-        while isinstance(head, (Prime, Conj)):
+        while isinstance(head, (Prime, Conj, Dagger)):
             head = head.arg
         args = self.functions.get(head.name) if isinstance(head, Sym) else None
         if args is None:
             return False
-        return all(
-            isinstance(item, Num) or any(isinstance(n, Sym) and n.name in args for n in walk(item))
-            for item in paren.items
-        )
+        return all(isinstance(item, Num) or _mentions(item, args) for item in paren.items)
+
+
+def _mentions(node: Any, letters: tuple[str, ...]) -> bool:
+    """Whether one of the letters occurs, other than as the variable of a derivative or an integral."""
+    if isinstance(node, (Diff, Int, _Op)):
+        return node.arg is not None and _mentions(node.arg, letters) if isinstance(node, (Diff, Int)) else False
+    return (isinstance(node, Sym) and node.name in letters) or any(_mentions(c, letters) for c in children(node))
 
 
 def _script(node: Any, kind: str, value: Any) -> Any:

@@ -1,0 +1,350 @@
+"""Laurent polynomials over the Gaussian rationals in atoms that are made when they are met.
+
+A paper's equation may hold any letter, at any order, at an end of the rod, in an exponential or under an
+integral; the rings of :mod:`derivation.jets` have a fixed list of variables. Here a variable is an
+:class:`Atom`, a monomial a set of atoms with their (possibly negative) powers, and derived objects are
+carried over by :func:`from_ring`. As there, equality is that the difference is zero.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, Union
+
+from sympy import QQ_I
+from sympy.polys.rings import PolyElement
+
+Kind = Literal["constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"]
+
+
+class Atom(NamedTuple):
+    """A variable.
+
+    ``constant``: parameters, u and t; complex ones have a ``bar``. ``field``: x, y, theta of an order, with its
+    derivatives. ``shape``: a function of u in the ansatz. ``exact``: a quantity before expansion.
+    ``amplitude``: A(T). ``operator``: a derivative without operand. The rest hold a polynomial, ``arg``.
+    ``place``: 0 or 1 for the value there, None at a general u.
+    """
+
+    kind: Kind
+    name: str = ""
+    order: int = 0
+    u: int = 0
+    tau: int = 0
+    slow: int = 0
+    bar: bool = False
+    place: int | None = None
+    arg: Any = None
+
+
+Monomial = frozenset[tuple[Atom, int]]
+ONE: Monomial = frozenset()
+COMPLEX = {"alpha", "beta", "lambda"}  # constants that are not real
+Number = Union[int, "Poly"]
+
+
+@dataclass(frozen=True)
+class Poly:
+    """A finite sum of Gaussian rationals times monomials; zero has no terms."""
+
+    terms: frozenset[tuple[Monomial, Any]]
+
+    @staticmethod
+    def of(items: Iterable[tuple[Monomial, Any]]) -> Poly:
+        total: dict[Monomial, Any] = {}
+        for monomial, c in items:
+            total[monomial] = total[monomial] + c if monomial in total else c
+        return Poly(frozenset((m, c) for m, c in total.items() if c))
+
+    def __bool__(self) -> bool:
+        return bool(self.terms)
+
+    def __add__(self, other: Number) -> Poly:
+        return Poly.of([*self.terms, *poly(other).terms])
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Poly:
+        return Poly(frozenset((m, -c) for m, c in self.terms))
+
+    def __sub__(self, other: Number) -> Poly:
+        return self + (-poly(other))
+
+    def __rsub__(self, other: Number) -> Poly:
+        return poly(other) + (-self)
+
+    def __mul__(self, other: Number) -> Poly:
+        right = poly(other)
+        return Poly.of((_times(m, n), c * d) for m, c in self.terms for n, d in right.terms)
+
+    __rmul__ = __mul__
+
+    def __pow__(self, n: int) -> Poly:
+        if n < 0:
+            return self.inverse() ** -n
+        result = poly(1)
+        for _ in range(n):
+            result = result * self
+        return result
+
+    def inverse(self) -> Poly:
+        """1/self; of a sum it is an atom of its own, which :func:`cleared` multiplies away.
+
+        Raises:
+            ZeroDivisionError: if self is zero.
+        """
+        if not self:
+            raise ZeroDivisionError("division by zero")
+        if len(self.terms) > 1:
+            return atom(Atom("inverse", arg=self))
+        ((m, c),) = self.terms
+        return Poly.of([(_normal((a, -e) for a, e in m), QQ_I.one / c)])
+
+    @cached_property
+    def atoms(self) -> frozenset[Atom]:
+        """The atoms that occur, those inside exponentials and integrals included."""
+        found = {a for m, _ in self.terms for a, _ in m}
+        inner = [a.arg.atoms for a in found if isinstance(a.arg, Poly)]
+        return frozenset(found.union(*inner))
+
+    def map(self, image: Callable[[Atom], Poly | None]) -> Poly:
+        """Atoms replaced by polynomials, simultaneously; None keeps an atom. Arguments are mapped first."""
+        seen: dict[Atom, Poly] = {}
+
+        def new(a: Atom) -> Poly:
+            if a not in seen:
+                if isinstance(a.arg, Poly):
+                    a = a._replace(arg=a.arg.map(image))
+                value = image(a)
+                seen[a] = _rebuilt(a) if value is None else value
+            return seen[a]
+
+        total: list[tuple[Monomial, Any]] = []
+        for m, c in self.terms:
+            term = Poly(frozenset([(ONE, c)]))
+            for a, e in m:
+                term = term * new(a) ** e
+            total.extend(term.terms)
+        return Poly.of(total)
+
+    def rewrite(self, image: Callable[[Atom], Poly | None]) -> Poly:
+        """:meth:`map` until nothing changes.
+
+        Raises:
+            RuntimeError: the rules go round in a circle.
+        """
+        p = self
+        for _ in range(30):
+            q = p.map(image)
+            if q == p:
+                return p
+            p = q
+        raise RuntimeError("circular rewriting rules")
+
+    def conjugate(self) -> Poly:
+        return _conjugated_coefficients(self).map(_bar)
+
+    def derive(self, variable: str) -> Poly:
+        """The derivative along u, tau, T or t, or with respect to a constant of that name."""
+        total: list[tuple[Monomial, Any]] = []
+        for m, c in self.terms:
+            for a, e in m:
+                rate = _rate(a, variable)
+                if rate:
+                    rest = _times(m, frozenset([(a, -1)]))
+                    total.extend((Poly(frozenset([(rest, c * e)])) * rate).terms)
+        return Poly.of(total)
+
+    def at(self, place: int) -> Poly:
+        """The value at u = 0 or 1."""
+
+        def value(a: Atom) -> Poly | None:
+            if a == U:
+                return poly(place)
+            return atom(a._replace(place=place)) if _depends_on_u(a) else None
+
+        return Poly.of(self.terms).map(value)
+
+    def keep(self, wanted: Callable[[Monomial], bool]) -> Poly:
+        """The terms whose monomial is wanted."""
+        return Poly(frozenset((m, c) for m, c in self.terms if wanted(m)))
+
+    def degree(self, a: Atom) -> int:
+        return max((dict(m).get(a, 0) for m, _ in self.terms), default=0)
+
+
+def poly(value: Number) -> Poly:
+    """A rational number (or a polynomial, unchanged) as a polynomial."""
+    if isinstance(value, Poly):
+        return value
+    c = QQ_I.convert(value) if isinstance(value, int) else QQ_I(value, 0)
+    return Poly(frozenset([(ONE, c)] if c else []))
+
+
+def rational(numerator: int, denominator: int) -> Poly:
+    c = QQ_I(numerator, 0) / QQ_I(denominator, 0)
+    return Poly(frozenset([(ONE, c)] if c else []))
+
+
+def atom(a: Atom) -> Poly:
+    return Poly(frozenset([(_normal([(a, 1)]), QQ_I.one)]))
+
+
+def constant(name: str) -> Poly:
+    return atom(Atom("constant", name))
+
+
+def exp(p: Poly) -> Poly:
+    return atom(Atom("exp", arg=p)) if p else poly(1)
+
+
+I = Poly(frozenset([(ONE, QQ_I(0, 1))]))  # noqa: E741
+U, T_ATOM = Atom("constant", "u"), Atom("constant", "t")
+
+
+def cleared(p: Poly) -> Poly:
+    """p times the denominators that are sums."""
+    for _ in range(20):
+        inverse = next((a for m, _ in p.terms for a, _ in m if a.kind == "inverse"), None)
+        if inverse is None:
+            return p
+        most = p.degree(inverse)
+        p = Poly.of(
+            pair
+            for m, c in p.terms
+            for e in [dict(m).get(inverse, 0)]
+            for pair in (
+                Poly(frozenset([(_times(m, frozenset([(inverse, -e)])), c)])) * inverse.arg ** (most - e)
+            ).terms
+        )
+    raise RuntimeError("too many denominators")
+
+
+def split(p: Poly, outside: Callable[[Atom], bool]) -> dict[Monomial, Poly]:
+    """p as a sum over monomials of the atoms ``outside``, times the rest."""
+    parts: dict[Monomial, list[tuple[Monomial, Any]]] = {}
+    for m, c in p.terms:
+        head = frozenset((a, e) for a, e in m if outside(a))
+        parts.setdefault(head, []).append((m - head, c))
+    return {head: Poly.of(rest) for head, rest in parts.items()}
+
+
+def monomial(m: Monomial) -> Poly:
+    return Poly(frozenset([(m, QQ_I.one)]))
+
+
+def harmonic(m: Monomial) -> int:
+    """The multiple of omega_c t in the exponential of a monomial (0 without one)."""
+    for a, _ in m:
+        if a.kind == "exp":
+            rate = a.arg.derive("t")
+            (n,) = [c.y for k, c in rate.terms if k == frozenset([(Atom("constant", "omega"), 1)])] or [0]
+            return int(n) if n == int(n) else 99
+    return 0
+
+
+def _times(m: Monomial, n: Monomial) -> Monomial:
+    if not n:
+        return m
+    powers = dict(m)
+    for a, e in n:
+        powers[a] = powers.get(a, 0) + e
+    return _normal(powers.items())
+
+
+def _normal(items: Iterable[tuple[Atom, int]]) -> Monomial:
+    """Zero powers dropped, exponentials joined into one."""
+    kept = [(a, e) for a, e in items if e]
+    exps = [(a, e) for a, e in kept if a.kind == "exp"]
+    if exps and (len(exps) > 1 or exps[0][1] != 1):
+        exponent = sum((a.arg * e for a, e in exps), poly(0))
+        kept = [x for x in kept if x[0].kind != "exp"]
+        if exponent:
+            kept.append((Atom("exp", arg=exponent), 1))
+    return frozenset(kept)
+
+
+def _rebuilt(a: Atom) -> Poly:
+    """An atom whose argument may have changed."""
+    if a.kind == "exp":
+        return exp(a.arg)
+    if a.kind == "inverse":
+        return a.arg.inverse()
+    return atom(a) if a.kind != "integral" or a.arg else poly(0)
+
+
+def _bar(a: Atom) -> Poly | None:
+    if a.kind in ("shape", "amplitude") or (a.kind == "constant" and a.name in COMPLEX):
+        return atom(a._replace(bar=not a.bar))
+    if isinstance(a.arg, Poly):
+        return _rebuilt(a._replace(arg=_conjugated_coefficients(a.arg)))
+    return None
+
+
+def _conjugated_coefficients(p: Poly) -> Poly:
+    """The atoms of an argument are conjugated by map already; its coefficients are not."""
+    return Poly.of((m, QQ_I(c.x, -c.y)) for m, c in p.terms)
+
+
+def _depends_on_u(a: Atom) -> bool:
+    return a.kind in ("field", "shape", "exact") and a.place is None
+
+
+def _rate(a: Atom, variable: str) -> Poly | None:
+    """The derivative of an atom; None when it is constant."""
+    if a.kind == "constant":
+        if a.name == variable or (a.name == "t" and variable == "tau"):
+            return poly(1)
+        return constant(f"{a.name}_T") if variable == "T" and a.name in ("R", "phase") else None
+    if a.kind == "exp":
+        rate: Poly = a.arg.derive(variable)
+        return atom(a) * rate
+    if a.kind == "amplitude":
+        return atom(a._replace(slow=a.slow + 1)) if variable == "T" else None
+    if a.kind == "field" and variable in ("tau", "t"):
+        return atom(a._replace(tau=a.tau + 1))
+    if a.kind == "field" and variable == "T":
+        return atom(a._replace(slow=a.slow + 1))
+    if a.kind == "exact" and a.name in ("cos", "sin"):
+        other = "sin" if a.name == "cos" else "cos"
+        theta = _rate(Atom("exact", "theta", place=a.place), variable)
+        return None if theta is None else theta * atom(a._replace(name=other)) * (-1 if other == "sin" else 1)
+    if a.kind == "exact" and variable == "t":
+        return atom(a._replace(tau=a.tau + 1))
+    if variable == "u" and _depends_on_u(a):
+        return atom(a._replace(u=a.u + 1))
+    return None
+
+
+_JET = re.compile(r"(x|y|theta)([0-9])(?:_(u*)((?:tau)*)(T*))?")
+_SHAPE = re.compile(r"(Theta|Y|H|X0|X2|P0|P2|Psi_Y|Psi_Theta)(_bar)?(_tip)?(?:_(u+))?")
+_EXACT = re.compile(r"(x|y|theta|cos|sin|h1|h2|Pi|v1|v2|Omega|F1|F2|M)(?:_(u*)(t*))?")
+
+
+def from_ring(p: PolyElement) -> Poly:
+    """An element of one of the derivation's rings, by the names of its generators."""
+    images = [_generator(str(g)) for g in p.ring.gens]
+    return Poly.of(
+        (_normal((a, s * e) for (a, s), e in zip(images, m, strict=True)), QQ_I.convert(c)) for m, c in p.terms()
+    )
+
+
+def _generator(name: str) -> tuple[Atom, int]:
+    """The atom of a generator, and the sign of its power (``k1_inv`` is k1 to the power -1)."""
+    if m := _JET.fullmatch(name):
+        f, n, u, tau, slow = m.groups(default="")
+        return Atom("field", f, int(n), len(u), len(tau) // 3, len(slow)), 1
+    if m := _SHAPE.fullmatch(name):
+        shape, bar, tip, u = m.groups(default="")
+        return Atom("shape", shape, u=len(u), bar=bool(bar), place=1 if tip else None), 1
+    if m := re.fullmatch(r"A(_T)?(_bar)?", name):
+        return Atom("amplitude", "A", slow=int(bool(m[1])), bar=bool(m[2])), 1
+    if m := _EXACT.fullmatch(name):
+        f, u, t = m.groups(default="")
+        return Atom("exact", f, u=len(u), tau=len(t)), 1
+    if name.endswith("_inv"):
+        return Atom("constant", name[:-4]), -1
+    return Atom("constant", name), 1

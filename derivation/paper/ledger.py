@@ -1,0 +1,241 @@
+"""The ledger: one row for each equation, decided in the exact algebra.
+
+An equation is lowered to left minus right and reduced by what holds where it stands: kinematic expansions
+by nothing (they are identities for generic fields), an equation of order n by the solutions of lower orders
+and by the balance laws, a condition by those of its end. It holds iff nothing is left.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from derivation.paper.algebra import (
+    Atom, I, Poly, atom, cleared, constant, exp, harmonic, poly, rational,
+)  # fmt: skip
+from derivation.paper.lower import Lowering, UndecidedError
+from derivation.paper.notation import Notation
+from derivation.paper.syntax import Apply, Equation, Prime, Relation, Sym, Tuple
+from derivation.paper.theory import FIELDS, LOADS, STRAINS, STRESSES, VELOCITIES, Theory, normal_integrals
+
+Status = Literal["premise", "verified", "differs", "not decided"]
+
+#: The paper's step of the centred difference in the force.
+STEP = Fraction(1, 100)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One equation decided.
+
+    Attributes:
+        reason: in words, what the status rests on.
+        difference: left minus right after reduction; zero when the equation holds.
+    """
+
+    equation: Equation
+    status: Status
+    reason: str
+    difference: Poly
+
+
+def ledger(equations: Iterable[Equation], notation: Notation, theory: Theory) -> list[Row]:
+    """Decide every equation."""
+    return [decide(e, notation, theory) for e in equations]
+
+
+def counts(rows: Iterable[Row]) -> dict[str, int]:
+    """Rows by status."""
+    found = Counter(r.status for r in rows)
+    return {s: found[s] for s in ("premise", "verified", "differs", "not decided")}
+
+
+def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
+    """One equation: lowered, reduced, judged."""
+    if isinstance(equation.body, Tuple):
+        return Row(equation, "premise", "names quantities and states nothing about them", poly(0))
+    low = Lowering(equation, notation, theory)
+    try:
+        for p in low.differences():
+            left = reduced(low, p)
+            if left:
+                return Row(equation, "differs", "left minus right does not vanish", left)
+    except (UndecidedError, ZeroDivisionError) as why:
+        return Row(equation, "not decided", str(why), poly(0))
+    premise = premise_of(low)
+    if premise:
+        return Row(equation, "premise", premise, poly(0))
+    return Row(equation, "verified", grounds(low), poly(0))
+
+
+def reduced(low: Lowering, p: Poly) -> Poly:
+    """What is left of a difference modulo what holds where the equation stands."""
+    theory = low.theory
+    if is_identity(low):
+        return theory.canonical(p)
+    if _has(p, "exact"):
+        p = theory.by_exact_laws(p)
+    n = order_of(low)
+    waves = _has(p, "shape") or _has(p, "amplitude") or states_solution(low) or low._leading
+
+    def known(p: Poly) -> Poly:
+        return theory.insert_waves(p) if waves else theory.vanishing(p, n)
+
+    p = known(theory.by_equations(known(p)))
+    p = theory.by_equations(p)
+    if low._leading:
+        p = _saturated(p)
+    if low.names & {"alpha", "beta"} or any(a.kind == "integral" for a in p.atoms):
+        p = theory.slow_equation(p)
+    p = _eigenvalue(low, p)
+    p = _unsaid(low, theory.canonical(p))
+    return _coefficients(low, p)
+
+
+def is_identity(low: Lowering) -> bool:
+    """A strain or velocity of some order on its own on the left: a kinematic expansion, for generic fields."""
+    body = low.equation.body
+    if not (isinstance(body, Relation) and isinstance(body.left, Sym) and body.left.order):
+        return False
+    if low.names & set(STRESSES):  # a balance law whose drag coefficient is 1
+        return False
+    return low.notation.quantity(body.left.name) in (*STRAINS, *VELOCITIES)
+
+
+def states_solution(low: Lowering) -> bool:
+    """A field of some order on its own on the left, everywhere: the solution at that order."""
+    body = low.equation.body
+    if not isinstance(body, Relation) or low.place is not None:
+        return False
+    head = body.left.fn if isinstance(body.left, Apply) else body.left
+    return isinstance(head, Sym) and bool(head.order) and low.notation.quantity(head.name) in FIELDS
+
+
+def order_of(low: Lowering) -> int:
+    """The highest order that occurs."""
+    orders = [int(o) if o.isdigit() else low.indices.get(o, 0) for _, o in low.quantities if o]
+    return max(orders, default=0)
+
+
+def _has(p: Poly, kind: str) -> bool:
+    return any(a.kind == kind for a in p.atoms)
+
+
+def _saturated(p: Poly) -> Poly:
+    """The amplitude on the branch: A = R* e^{i (sigma T + phi)}, T = epsilon^2 t."""
+    phase = constant("sigma") * constant("epsilon") ** 2 * constant("t") + constant("phase_0")
+    wave = constant("R_star") * exp(I * phase)
+    return p.map(lambda a: (wave.conjugate() if a.bar else wave) if a.kind == "amplitude" else None)
+
+
+def _eigenvalue(low: Lowering, p: Poly) -> Poly:
+    """d lambda/dF is beta; a centred difference holds up to powers of its step."""
+    step = Atom("constant", "step")
+    if step in p.atoms:
+        if any(a.name.startswith("lambda") for a in p.atoms):
+            p = p.keep(lambda m: dict(m).get(step, 0) <= 0)
+        else:
+            p = p - constant("step") + rational(STEP.numerator, STEP.denominator)
+    if Atom("constant", "lambda_F") in p.atoms:
+        slope = constant(low.theory.eigenvalue_slope)
+        p = p.map(lambda a: slope if a.name == "lambda_F" else None)
+    return p
+
+
+def _unsaid(low: Lowering, p: Poly) -> Poly:
+    """Drop what the equation leaves out: non-secular terms, or high powers of the detuning."""
+    if "nst" in low.left_out:
+        p = p.keep(lambda m: abs(harmonic(m)) == 1)
+    powers = [int(text.split()[1]) for text in low.left_out if text.startswith("from ")]
+    if "dots" in low.left_out:
+        powers.append(2)
+    if powers:
+        delta = Atom("constant", "Delta")
+        p = p.keep(lambda m: dict(m).get(delta, 0) < min(powers))
+    return p
+
+
+def _coefficients(low: Lowering, p: Poly) -> Poly:
+    """alpha and beta: as quotients of integrals where integrals stand, by their parts in polar equations."""
+    theory = low.theory
+    if any(a.kind == "integral" for a in p.atoms):
+        p = p.map(lambda a: _conjugated(theory.landau.get(a.name), a) if a.kind == "constant" else None)
+        return cleared(normal_integrals(theory.canonical(theory.by_equations(p))))
+    parts = {s: constant(f"{s}_re") + I * constant(f"{s}_im") for s in ("alpha", "beta")}
+    return cleared(p.map(lambda a: _conjugated(parts.get(a.name), a) if a.kind == "constant" else None))
+
+
+def _conjugated(p: Poly | None, a: Atom) -> Poly | None:
+    return p.conjugate() if p is not None and a.bar else p
+
+
+# Status ---------------------------------------------------------------------------------------------------
+
+_STARTS = {
+    **dict.fromkeys(("r", "e1", "e2"), "configuration of the rod"),
+    **dict.fromkeys(("r_free", "e1_free", "e2_free"), "stress-free configuration"),
+    **dict.fromkeys(("h1", "h2", "Pi", "v1", "v2", "Omega"), "definition of strains and velocities"),
+    **dict.fromkeys(LOADS, "drag law of the rod"),
+    "energy": "stored energy of the rod",
+    "mu": "a name",
+    "Gamma": "a name",
+    "H": "a name",
+    "any": "the expansion",
+    "tau": "the two times",
+    "T": "the two times",
+    "A": "polar form of the amplitude",
+}
+
+
+def premise_of(low: Lowering) -> str:
+    """Why an equation that holds is a premise; empty when it follows from others."""
+    body = low.equation.body
+    if not isinstance(body, Relation):
+        return ""
+    names = low.names
+    head = body.left.fn if isinstance(body.left, Apply) else body.left
+    while isinstance(head, Prime):
+        head = head.arg
+    quantity = low.notation.quantity(head.name) if isinstance(head, Sym) else None
+    ordered = isinstance(head, Sym) and bool(head.order)
+    if isinstance(body.left, Tuple):
+        return "the inner product" if body.left.weight is not None and "Phi" in names else ""
+    if quantity in ("force", "force_dim") and "Delta" in names:
+        return "the scaling of the force"
+    if quantity in ("k1", "k2", "gamma1", "gamma3", "force"):
+        return "" if low.equation.label.startswith("tab:") else "a dimensionless parameter"
+    if quantity in FIELDS and ordered and isinstance(head, Sym) and head.order == "1" and low.place is None:
+        ends = isinstance(body.left, Apply) and any(_is_number(a) for a in body.left.args)
+        return "" if ends else "the ansatz"
+    if quantity in _STARTS and not ordered:
+        return _STARTS[quantity]
+    if not any(order for _, order in low.quantities):
+        if quantity in (*FIELDS, *STRESSES) and isinstance(body.left, Apply) and "R_star" not in names:
+            return "condition at an end of the rod"
+        if names & set(LOADS):
+            return "balance law"
+    if "delta" in names and "lambda" not in names:
+        return "the step of the centred difference"
+    return ""
+
+
+def _is_number(node: object) -> bool:
+    return not isinstance(node, Sym)
+
+
+def grounds(low: Lowering) -> str:
+    """What an equation that follows was reduced by."""
+    n = order_of(low)
+    if is_identity(low):
+        return "identity for generic fields"
+    if low.place is not None:
+        return f"by the conditions at u = {low.place}"
+    if n:
+        return f"by the equations up to order {n}"
+    return "by the equations it stands on"
+
+
+__all__ = ["Row", "atom", "counts", "decide", "ledger", "reduced"]

@@ -105,10 +105,17 @@ class Lowering:
                 side.append(self._power(base, abs(exponent)))
             else:
                 above.append(self(factor))
+        negative = bool(coefficient < 0)
+        for i, factor in enumerate(above):
+            terms = factor.terms if isinstance(factor, Sum) else ()
+            opposite = tuple(term.operand for term in terms if isinstance(term, Negative))
+            if terms and len(opposite) == len(terms):  # a (-b - c) = -a (b + c)
+                above[i] = Sum(opposite)
+                negative = not negative
         node = _multiplied(_literal(abs(coefficient.p)) + above)
         if below or coefficient.q != 1:
             node = Quotient(node, _multiplied(_literal(coefficient.q) + below))
-        return _signed(node, negative=bool(coefficient < 0))
+        return _signed(node, negative)
 
     def _power(self, base: sympy.Expr, exponent: sympy.Rational) -> Node:
         node = self(base) if exponent.q == 1 else Call("sqrt", self(base))

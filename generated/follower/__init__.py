@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "d97b15972d7c1f4340c74029e9a111d08d8a6b4b2ceef3c685f0e0c6b2ba4022"
+FINGERPRINT = "d09aebb9a94ab269f6543678ee63e6fbe8a520e018d2c1152577814247fdc64a"

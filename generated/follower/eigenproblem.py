@@ -132,5 +132,5 @@ def adjoint_boundary_column(r, exp_r, lam, k1, k2, force):
     Psi_Y_clamp = 1
     Psi_Theta_clamp = t0*t2*(t3 + t4)
     adjoint_shear_tip = exp_r*lam*t0
-    adjoint_moment_tip = t2*(exp_r*t4 - exp_r*(-t3 - force*t1))
+    adjoint_moment_tip = t2*(exp_r*t4 + exp_r*(t3 + force*t1))
     return Psi_Y_clamp, Psi_Theta_clamp, adjoint_shear_tip, adjoint_moment_tip

@@ -90,8 +90,8 @@ def alpha_untransformed(Psi_Y, Psi_Theta, Y, Theta, Theta_u, H, X2, P0, P2, lam,
     t6 = t5/2
     t7 = Theta*Theta_bar
     return (
-        Psi_Theta_bar*(Theta_bar*t3*t4*t6 + t4*(H*t7 + H_bar*t6) + t2*(-H*P0 - H*P0_bar - H_bar*P2)
-            + t0*t4*(-P0*Theta - P0_bar*Theta - P2*Theta_bar))
+        Psi_Theta_bar*(Theta_bar*t3*t4*t6 + t4*(H*t7 + H_bar*t6) - t2*(H*P0 + H*P0_bar + H_bar*P2)
+            - t0*t4*(P0*Theta + P0_bar*Theta + P2*Theta_bar))
         + Psi_Y_bar*(t4*(Theta_bar_u*t6 + Theta_u*t7) + t2*(P0*Theta_u + P0_bar*Theta_u + P2*Theta_bar_u)
             + k2*t2*(H*Theta*Theta_bar_u + H*Theta_bar*Theta_u + H_bar*Theta*Theta_u)
             + lam*(1 - gamma1*t1)*(2*Theta_bar*X2 + 2*Y*t7 - Y_bar*t5))

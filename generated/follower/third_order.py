@@ -73,8 +73,8 @@ def g3(Theta, Theta_u, H, P0, P2, k1, k2, force):
     Theta_bar_u = Theta_u.conjugate()
     t0 = 1/k1
     return (
-        Theta_bar*Theta_u**2 + 2*Theta*Theta_bar_u*Theta_u + (1 - k2*t0)*(-H*P0 - H*P0_bar - H_bar*P2)
-        + t0*(force + k2*(1 - force*t0))*(-P0*Theta - P0_bar*Theta - P2*Theta_bar)
+        Theta_bar*Theta_u**2 + 2*Theta*Theta_bar_u*Theta_u - (1 - k2*t0)*(H*P0 + H*P0_bar + H_bar*P2)
+        - t0*(force + k2*(1 - force*t0))*(P0*Theta + P0_bar*Theta + P2*Theta_bar)
     )
 
 

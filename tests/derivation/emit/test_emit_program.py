@@ -13,6 +13,7 @@ import sympy
 from derivation.emit.lower import EmissionError
 from derivation.emit.nodes import evaluate
 from derivation.emit.printers import python
+from derivation.emit.printers.notation import PYTHON, expression
 from derivation.emit.program import Argument, Function, Module, compile_function
 
 Y, Yc, X, Xc, a, b, s = sympy.symbols("Y Y_bar X X_bar a b s")
@@ -32,6 +33,7 @@ FORMULAS = {
     "real_part": X * (Y + Yc) / 2 - Xc * (Y - Yc) / 2,
     "shared": (1 - a / b) * Y + (1 - a / b) * X * Yc + (1 - a / b) ** 2,
     "negative": -Y - X / 2,
+    "negative_factors": -a * (-Y - X / 2) * (-Yc - b) - b * (-Xc - Y),
     "imaginary": sympy.I * Y * a / 3 - 2 * sympy.I,
     "conjugates": sympy.conjugate(Y * X) * a + sympy.conjugate(Y * X) ** 2,
 }
@@ -158,6 +160,11 @@ def f(Y, X, a, b):
     return p, q
 '''
     )
+
+
+def test_the_sign_of_an_all_negative_sum_stands_before_its_product():
+    program = compile_function(make(("p", a * (-Y - X)), ("q", (-Y - X * a) * (-1 - b) / 3)))
+    assert [expression(node, PYTHON) for _, node in program.outputs] == ["-a*(X + Y)", "(1 + b)*(Y + X*a)/3"]
 
 
 def test_only_needed_parameters_and_conjugates_appear():

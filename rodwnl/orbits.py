@@ -181,9 +181,9 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
     """
     from rodwnl.floquet import multipliers
 
-    system, X = guess.system, guess.X
-    cycle = Cycle(system, solve_at(system, X, -2, force).X)
+    cycle = _solved(guess.system, guess.X, force)
     while True:
+        system = cycle.system
         finer = tuple(
             max(a, b + 4) for a, b in zip(suited(cycle), (system.count, system.degree), strict=True)
         )
@@ -193,11 +193,8 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
                 f"{system.degree} (tails {cycle.tails[0]:.0e}, {cycle.tails[1]:.0e})"
             )
         system, X = regridded(cycle, (finer[0], finer[1]))
-        before, cycle = cycle, Cycle(system, solve_at(system, X, -2, force).X)
-        error = max(
-            abs(before.tip_amplitude / cycle.tip_amplitude - 1) if cycle.square > 0 else np.inf,
-            abs(before.omega / cycle.omega - 1),
-        )
+        before, cycle = cycle, _solved(system, X, force)
+        error = max(abs(before.tip_amplitude / cycle.tip_amplitude - 1), abs(before.omega / cycle.omega - 1))
         if error < ACCURACY:
             break
     floquet = multipliers(cycle)
@@ -212,3 +209,13 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
         multipliers=tuple(complex(v) for v in floquet.full[:6]),
         stable=floquet.stable,
     )
+
+
+def _solved(system: OrbitSystem, guess: Array, force: float) -> Cycle:
+    cycle = Cycle(system, solve_at(system, guess, -2, force).X)
+    if cycle.square <= 0 or cycle.omega <= 0:
+        raise ComputationError(
+            f"no orbit of this branch at force {force:.10g}: the solution continued to there has a² = "
+            f"{cycle.square:.3g} and frequency {cycle.omega:.6g}, but both must be positive"
+        )
+    return cycle

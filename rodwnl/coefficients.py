@@ -1,8 +1,9 @@
 """The Landau coefficients of dA/dT = α|A|²A + βΔA at every Hopf threshold of a rod, and what they decide.
 
-    α = ∫(Ψ_Y* g1 + Ψ_Θ* g3) du / ∫(Ψ_Y* Y + γ3 Ψ_Θ* Θ) du,    β the same with g2, g4 (paper: eq:alphabetaformulas)
+    α = ∫(Ψ_Y* g1 + Ψ_Θ* g3) du / ∫(Ψ_Y* Y + γ3 Ψ_Θ* Θ) du,    β the same with g2, g4
 
-Dimensionless (lengths in L, times in γ2 L⁴/k3, forces in k3/L²), with Y(1) = 1: the tip moves by 2|A| cos(ωt + …).
+(paper: eq:alphabetaformulas). Lengths in L, times in γ2 L⁴/k3, forces in k3/L². Y(1) = 1, so the tip moves
+by 2|A| cos(ωt + …).
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from typing import Literal
 import numpy as np
 
 from rodwnl import kernels
+from rodwnl.inverse import Complex, Floats, Real
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
 from rodwnl.parameters import Number, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
-from rodwnl.spectrum import EPS, Floats, HopfSearch, HopfThreshold, hopf_thresholds
+from rodwnl.spectrum import EPS, HopfSearch, HopfThreshold, hopf_thresholds
 
 SHIFT = 1e-6  # relative shift of (F, ω) that measures how α and β depend on them
 MORE_NODES = 16  # what the quadrature is compared with
@@ -28,10 +30,11 @@ ROUNDING = 32  # rounding errors of an integrand, in units of EPS
 class LandauCoefficients:
     """α and β at one Hopf threshold.
 
-    alpha, beta: of dA/dT = α|A|²A + βΔA, F = F_c + ε²Δ. alpha_parts, beta_parts: what (g1, g3) and (g2, g4) contribute.
-    A_tip2_slope, omega_slope: d(A_tip²)/dF and dω/dF along the branch of limit cycles at onset, which do not depend
-    on how the mode is normalised. *_error: estimates of the absolute error. residuals: of the mode, the adjoint and
-    the second-order fields, and |β − dλ/dF|/|β| with dλ/dF from the spectrum.
+    alpha, beta: of dA/dT = α|A|²A + βΔA, F = F_c + ε²Δ. alpha_parts, beta_parts: what (g1, g3) and (g2,
+    g4) contribute. A_tip2_slope, omega_slope: d(A_tip²)/dF and dω/dF along the branch of limit cycles at
+    onset, which do not depend on how the mode is normalised. *_error: estimates of the absolute error.
+    residuals: of the mode, the adjoint and the second-order fields, and |β − dλ/dF|/|β| with dλ/dF from
+    the spectrum.
     """
 
     threshold: HopfThreshold
@@ -61,8 +64,11 @@ class LandauCoefficients:
 
     @property
     def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
-        """By the sign of Re α; degenerate where the error does not exclude 0, so that order 5 would have to decide."""
-        if abs(self.alpha.real) <= self.alpha_error:
+        """By the sign of Re α; degenerate where the errors do not exclude Re α = 0 or Re β = 0.
+
+        Then higher orders decide: |A|⁴A where Re α = 0, Δ² where Re β = 0.
+        """
+        if abs(self.alpha.real) <= self.alpha_error or abs(self.beta.real) <= self.beta_error:
             return "degenerate"
         return "supercritical" if self.alpha.real < 0 else "subcritical"
 
@@ -89,9 +95,10 @@ class LandauSearch:
 
 
 def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
-    """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force (default min(k1, 400)).
+    """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force.
 
-    Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep for quadrature in float64.
+    max_force is min(k1, 400) by default. Raises what `hopf_thresholds` raises, and ComputationError where the
+    modes are too steep for quadrature in float64.
     """
     search = hopf_thresholds(rod, max_force)
     return LandauSearch(search, tuple(landau_at(rod, threshold) for threshold in search))
@@ -99,42 +106,43 @@ def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
 
 def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficients:
     """The coefficients at one threshold of this rod, also at one of `HopfSearch.later`."""
-    p, force, omega = rod.floats(), threshold.force, threshold.omega
-    nodes = nodes_at(p, force, omega)
-    value, scale, residuals = _evaluate(p, force, omega, nodes)
-    # What the nodes, the rounding of the integrands and the remaining error of (F, ω) do to the four integrals.
-    finer, _, _ = _evaluate(p, force, omega, gauss_legendre(len(nodes.u) + MORE_NODES))
-    by_force, _, _ = _evaluate(p, force * (1 + SHIFT), omega, nodes)
-    by_omega, _, _ = _evaluate(p, force, omega * (1 + SHIFT), nodes)
-    parts = value.sum(axis=1)
+    parameters, force, omega = rod.floats(), threshold.force, threshold.omega
+    nodes = nodes_at(parameters, force, omega)
+    parts, scale, residuals = _evaluate(parameters, force, omega, nodes)
+
+    def change(force: float, omega: float, nodes: Nodes) -> Real:
+        return np.asarray(abs((_evaluate(parameters, force, omega, nodes)[0] - parts).sum(axis=1)))
+
+    # What the quadrature, the rounding of the integrands and the error of (F, ω) do to α and to β.
     alpha_error, beta_error = (
-        np.abs(finer.sum(axis=1) - parts)
+        change(force, omega, gauss_legendre(len(nodes.u) + MORE_NODES))
         + ROUNDING * EPS * scale
-        + np.abs(by_force.sum(axis=1) - parts) / SHIFT * threshold.force_error / force
-        + np.abs(by_omega.sum(axis=1) - parts) / SHIFT * threshold.omega_error / omega
+        + change(force * (1 + SHIFT), omega, nodes) / SHIFT * threshold.force_error / force
+        + change(force, omega * (1 + SHIFT), nodes) / SHIFT * threshold.omega_error / omega
     ).tolist()
-    alpha, beta = parts.tolist()
-    residuals["beta"] = abs(beta - threshold.slope) / abs(beta)
-    a, b = alpha, beta
-    A_tip2_slope = float(kernels.tip_amplitude_squared_slope(a.real, b.real))
-    omega_slope = float(kernels.frequency_slope(a.real, a.imag, b.real, b.imag))
-    # relative errors of the quotients; a ratio R of coefficients Im α/Re α and Re β/Re α
-    relative = alpha_error / abs(a.real) + beta_error / abs(b.real)
-    lean = abs(a.imag * b.real / a.real)
+    (by_g1, by_g3), (by_g2, by_g4) = parts.tolist()
+    alpha, beta = by_g1 + by_g3, by_g2 + by_g4
+    A_tip2_slope = float(kernels.tip_amplitude_squared_slope(alpha.real, beta.real))
+    ratio = beta.real / alpha.real
+    ratio_error = abs(ratio) * (alpha_error / abs(alpha.real) + beta_error / abs(beta.real))
     return LandauCoefficients(
         threshold, alpha, beta,
-        alpha_parts=tuple(value[0].tolist()), beta_parts=tuple(value[1].tolist()),
-        A_tip2_slope=A_tip2_slope, omega_slope=omega_slope,
+        alpha_parts=(by_g1, by_g3), beta_parts=(by_g2, by_g4),
+        A_tip2_slope=A_tip2_slope,
+        omega_slope=float(kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)),
         alpha_error=alpha_error, beta_error=beta_error,
-        A_tip2_slope_error=abs(A_tip2_slope) * relative,
-        omega_slope_error=beta_error + lean * relative + abs(b.real / a.real) * alpha_error,
-        residuals=residuals,
+        A_tip2_slope_error=4 * ratio_error,
+        # Im β − Im α Re β/Re α
+        omega_slope_error=beta_error + abs(ratio) * alpha_error + abs(alpha.imag) * ratio_error,
+        residuals={
+            "threshold": threshold.residual, **residuals, "beta": abs(beta - threshold.slope) / abs(beta)
+        },
     )  # fmt: skip
 
 
 def _evaluate(
     parameters: Floats, force: float, omega: float, nodes: Nodes
-) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+) -> tuple[Complex, Real, dict[str, float]]:
     """((α by g1, by g3), (β by g2, by g4)), (2, 2); the same sums of absolute values, (2,); residuals."""
     k1, k2, gamma3, gamma1 = parameters
     lam = 1j * omega
@@ -155,7 +163,6 @@ def _evaluate(
         [kernels.beta_integrand(*Psi, g2, zero), kernels.beta_integrand(*Psi, zero, g4)],
     ])  # fmt: skip
     residuals = {
-        "threshold": 0.0,
         "mode_boundary": mode.boundary_residual,
         "mode_equations": mode.ode_residual,
         "adjoint_boundary": adjoint.boundary_residual,

@@ -1,12 +1,12 @@
-"""At a Hopf threshold: the critical mode, its adjoint and the second-order corrections, on quadrature nodes.
+"""At a Hopf threshold: critical mode, adjoint and second-order corrections, on quadrature nodes.
 
 Modes are sums of four exponentials, evaluated and never collocated, so that stiff rods lose no digits:
 
     Y = Σ c_j e^{r_j u},    k2 r⁴ + (μF − λ − k2γ3λ) r² + λ(μν + γ3λ) = 0,    λ = iω
 
-The corrections solve two-point problems with smooth data. Written for w = X'' they are integral equations of the second
-kind, as well conditioned for k1 → ∞ as at a resonance k1(r_i + r_j)² = 2iωγ1, where the sum of exponentials is not.
-Lengths in L, times in γ2 L⁴/k3, forces in k3/L². Y(1) = 1.
+The corrections solve two-point problems with smooth data. Written for w = X'' they are integral
+equations of the second kind, as well conditioned for k1 → ∞ as at a resonance k1(r_i + r_j)² = 2iωγ1,
+where the sum of exponentials is not. Lengths in L, times in γ2 L⁴/k3, forces in k3/L². Y(1) = 1.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rodwnl import kernels
+from rodwnl.characteristic import boundary_matrix, exponentials, exponents
 from rodwnl.errors import ComputationError
+from rodwnl.inverse import Complex, Floats
 from rodwnl.quadrature import Nodes, gauss_legendre
-from rodwnl.spectrum import Complex, Floats, boundary_matrix, exponents
 
 MOST_NODES = 400
 
@@ -28,8 +28,8 @@ MOST_NODES = 400
 class CriticalMode:
     """Y, Θ, Θ' and H = Y' − νΘ at the nodes, (N,), and Θ(1). Y(1) = 1.
 
-    boundary_residual: the four boundary conditions, ode_residual: the two differential equations (integrated from
-    the tip), each relative to its largest term.
+    boundary_residual: the four boundary conditions, ode_residual: the two differential equations
+    (integrated from the tip), each relative to its largest term.
     """
 
     Y: Complex
@@ -43,7 +43,7 @@ class CriticalMode:
 
 @dataclass(frozen=True)
 class AdjointMode:
-    """Ψ_Y, Ψ_Θ at the nodes, (N,), and Ψ_Y(1), scaled to max |Ψ_Y| = 1; residuals as those of `CriticalMode`."""
+    """Ψ_Y, Ψ_Θ at the nodes, (N,), and Ψ_Y(1), scaled to max |Ψ_Y| = 1; residuals as for the mode."""
 
     Psi_Y: Complex
     Psi_Theta: Complex
@@ -56,8 +56,8 @@ class AdjointMode:
 class Corrections:
     """X0, X2 and the tensions P0, P2 at the nodes, (N,).
 
-    P0, P2 come from the axial balance of forces. residual: how far they are from k1(X' + …), their constitutive law,
-    relative to k1 max|X'|.
+    P0, P2 come from the axial balance of forces. residual: how far they are from k1(X' + …), their
+    constitutive law, relative to k1 max|X'|.
     """
 
     X0: Complex
@@ -78,8 +78,8 @@ def nodes_at(parameters: Floats, force: float, omega: float) -> Nodes:
     count = 24 + 8 * int(np.ceil(largest / 4))
     if count > MOST_NODES:
         raise ComputationError(
-            f"at F = {force:.6g}, omega = {omega:.6g} the modes vary like exp({largest:.0f} u): {count} nodes would "
-            f"be needed, more than {MOST_NODES}; compute this rod with more digits"
+            f"at F = {force:.6g}, omega = {omega:.6g} the modes vary like exp({largest:.0f} u): {count} "
+            f"nodes would be needed, more than {MOST_NODES}; compute this rod with more digits"
         )
     return gauss_legendre(count)
 
@@ -88,14 +88,14 @@ def critical_mode(parameters: Floats, force: float, omega: float, nodes: Nodes) 
     """The mode e^{iωt}(Y, Θ) with Y(0) = Θ(0) = H(1) = Θ'(1) = 0 (paper: eq:primal_eigenproblem)."""
     k1, k2, gamma3, _ = parameters
     lam = 1j * omega
-    nu, mu = kernels.base_state(k1, k2, force)
+    _, mu = kernels.base_state(k1, k2, force)
     r = exponents(parameters, force, lam)
     c, boundary = _null_vector(boundary_matrix(parameters, force, lam, r))
-    c = c / np.sum(c * _exponentials(r, 1.0))
+    c = c / np.sum(c * exponentials(r, 1.0))
     by_Y, by_Y_H = kernels.mode_amplitudes(r, lam, k1, k2, force)
     weights = np.stack([c, c * by_Y, c * r * by_Y, c * by_Y_H])
-    Y, Theta, Theta_u, H = weights @ _exponentials(r, nodes.u[:, None]).T
-    Theta_tip = complex(weights[1] @ _exponentials(r, 1.0))
+    Y, Theta, Theta_u, H = weights @ exponentials(r, nodes.u[:, None]).T
+    Theta_tip = complex(weights[1] @ exponentials(r, 1.0))
     # λY = k2 H' − FΘ' and γ3 λ Θ = Θ'' + μH, integrated from u to the tip
     tip = nodes.to_tip
     ode = max(
@@ -106,19 +106,19 @@ def critical_mode(parameters: Floats, force: float, omega: float, nodes: Nodes) 
 
 
 def adjoint_mode(parameters: Floats, force: float, omega: float, nodes: Nodes) -> AdjointMode:
-    """The adjoint mode, eigenvalue −iω: Ψ_Y(0) = Ψ_Θ(0) = 0, k2Ψ_Y'(1) = μΨ_Θ(1), Ψ_Θ'(1) = −FΨ_Y(1) (paper:
-    eq:adjoint_eigenproblem).
+    """The adjoint mode, eigenvalue −iω: Ψ_Y(0) = Ψ_Θ(0) = 0, k2Ψ_Y'(1) = μΨ_Θ(1), Ψ_Θ'(1) = −FΨ_Y(1)
+    (paper: eq:adjoint_eigenproblem).
     """
     k1, k2, gamma3, _ = parameters
     lam = -1j * omega
-    nu, mu = kernels.base_state(k1, k2, force)
+    _, mu = kernels.base_state(k1, k2, force)
     r = exponents(parameters, force, lam)
     c, boundary = _null_vector(boundary_matrix(parameters, force, lam, r, adjoint=True))
     by_Y, by_Y_H = kernels.mode_amplitudes(r, lam, k1, k2, force)
     weights = np.stack([c, c * by_Y, c * r * by_Y, c * by_Y_H])
-    weights /= np.max(np.abs(weights[0] @ _exponentials(r, nodes.u[:, None]).T))
-    Psi_Y, Psi_Theta, slope, shear = weights @ _exponentials(r, nodes.u[:, None]).T
-    Psi_Y_tip, Psi_Theta_tip, _, _ = weights @ _exponentials(r, 1.0)
+    weights /= np.max(np.abs(weights[0] @ exponentials(r, nodes.u[:, None]).T))
+    Psi_Y, Psi_Theta, slope, shear = weights @ exponentials(r, nodes.u[:, None]).T
+    Psi_Y_tip, *_ = weights @ exponentials(r, 1.0)
     # The same differential equations, other values at the tip: k2 H − FΘ → 0 and Θ' → −F Ψ_Y(1)
     tip = nodes.to_tip
     ode = max(
@@ -131,7 +131,7 @@ def adjoint_mode(parameters: Floats, force: float, omega: float, nodes: Nodes) -
 def second_order(
     parameters: Floats, force: float, omega: float, mode: CriticalMode, nodes: Nodes
 ) -> Corrections:
-    """Solve k1X'' = c X + f, X(0) = 0, X'(1) = b for X0 (c = 0) and X2 (c = 2iωγ1) (paper: eq:longitudinalODE)."""
+    """Solve k1X'' = c X + f, X(0) = 0, X'(1) = b for X0 (c = 0), X2 (c = 2iωγ1); eq:longitudinalODE."""
     k1, k2, _, gamma1 = parameters
     lam = 1j * omega
     fields = (mode.Y, mode.Theta, mode.Theta_u, mode.H)
@@ -167,16 +167,11 @@ def _two_point(
     """
     twice = nodes.from_clamp @ nodes.to_tip
     w = np.linalg.solve(k1 * np.eye(len(nodes.u)) + c * twice, forcing + c * slope * nodes.u)
-    return slope * nodes.u - twice @ w, slope - nodes.to_tip @ w
-
-
-def _exponentials(r: Complex, u: float | NDArray[np.float64]) -> Complex:
-    """e^{ru}, divided by e^{r} where Re r > 0: never larger than 1."""
-    return np.exp(np.where(r.real > 0, r * (u - 1), r * u))
+    return np.asarray(slope * nodes.u - twice @ w), np.asarray(slope - nodes.to_tip @ w)
 
 
 def _null_vector(matrix: Complex) -> tuple[Complex, float]:
-    """c with matrix·c = 0 as nearly as possible, and the largest residual of a row relative to its terms."""
+    """c with matrix·c = 0 as nearly as possible, and the largest residual of a row, relative."""
     rows = np.max(np.abs(matrix), axis=1, keepdims=True)
     columns = np.max(np.abs(matrix / rows), axis=0)
     c = np.linalg.svd(matrix / rows / columns)[2][-1].conj() / columns

@@ -1,8 +1,9 @@
-"""What the amplitude equation predicts at a force: tip amplitude and frequency of the limit cycle near each threshold."""
+"""What the amplitude equation predicts at a force: tip amplitude and frequency of the limit cycles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
 from rodwnl import kernels
@@ -15,10 +16,10 @@ from rodwnl.spectrum import DEFAULT_MAX_FORCE
 class Prediction:
     """The branch of limit cycles that is born at one threshold, at one force (leading order in F − F_c).
 
-    side: where the branch exists, "above" or "below" F_c; None where the criticality is degenerate. exists: whether the
-    force lies there. A_tip: amplitude of y(1, t) in L, omega: frequency in k3/(γ2 L⁴), with estimates of their
-    numerical errors (not of what higher orders would add); None where the branch does not exist. stable: whether the
-    branch is stable, None where there is none.
+    side: where the branch exists, "above" or "below" F_c; None where the criticality is degenerate.
+    exists: whether the force lies there. stable: whether the branch is. A_tip: amplitude of y(1, t) in L,
+    omega: frequency in k3/(γ2 L⁴); their errors are numerical ones, without what higher orders would add.
+    All None where the branch does not exist.
     """
 
     coefficients: LandauCoefficients
@@ -33,18 +34,20 @@ class Prediction:
 
 
 def predict(rod: RodParameters, force: Number) -> tuple[Prediction, ...]:
-    """One prediction per Hopf threshold of the leading eigenvalue with F <= max(400, force), by increasing threshold.
+    """One prediction per Hopf threshold of the leading eigenvalue, by increasing threshold.
 
-    Raises InputError for a force outside [0, k1), and what `landau` raises.
+    Thresholds are searched up to max(400, force), but not beyond k1. Raises InputError for a force outside
+    [0, k1), and what `landau` raises.
     """
     exact = rod.checked_force(force)
-    found = landau(rod, max(exact, DEFAULT_MAX_FORCE))
+    found = landau(rod, max(exact, Fraction(DEFAULT_MAX_FORCE)))
     return tuple(predict_at(coefficients, float(exact)) for coefficients in found)
 
 
 def predict_at(coefficients: LandauCoefficients, force: float) -> Prediction:
-    """A_tip = 2√(−Re β/Re α (F − F_c)), ω = ω_c + (Im β − Im α Re β/Re α)(F − F_c) (paper: eq:tipamplitude,
-    eq:tipfrequency); the branch is stable where −2 Re β (F − F_c) < 0.
+    """A_tip = 2√(−Re β/Re α (F − F_c)), ω = ω_c + (Im β − Im α Re β/Re α)(F − F_c).
+
+    (Paper: eq:tipamplitude, eq:tipfrequency.) The branch is stable where −2 Re β (F − F_c) < 0.
     """
     c, alpha, beta = coefficients, coefficients.alpha, coefficients.beta
     if c.criticality == "degenerate":

@@ -1,4 +1,6 @@
-"""Gauss–Legendre nodes on [0, 1] with the matrix of the indefinite integral: every integral of the float64 route."""
+"""Gauss–Legendre nodes on [0, 1] with the matrix of the indefinite integral: every integral of the
+float64 route.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache

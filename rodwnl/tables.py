@@ -19,9 +19,10 @@ import numpy as np
 
 from rodwnl.coefficients import LandauCoefficients, landau
 from rodwnl.errors import ComputationError
+from rodwnl.inverse import leading_eigenvalues
 from rodwnl.normalform import normal_form
 from rodwnl.parameters import RodParameters
-from rodwnl.spectrum import HopfThreshold, leading_eigenvalues
+from rodwnl.spectrum import HopfThreshold
 from rodwnl.strainform import follower
 
 Status = Literal["numeric", "erratum", "differs"]

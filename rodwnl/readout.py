@@ -1,0 +1,125 @@
+"""Amplitude and frequency of an oscillation from a uniformly sampled signal, with error estimates.
+
+As in the paper (sec:numerics) both are read from the second half of the signal: A is half of its peak-to-peak
+value, ω the dominant peak of its Hann-windowed spectrum. Peaks are not samples: the extrema are those of the
+polynomial through the samples around them, and the peak of the spectrum is found as a continuous maximum, so
+that neither the sampling step nor the width of a frequency bin limits the result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+State = Literal["settled", "decayed", "not finished"]
+
+SETTLED = 1e-3  # relative change of A from the third to the last quarter below which a signal has settled
+DECAYED = (
+    1e-3  # A in the last quarter, relative to the largest value, below which a falling signal has decayed
+)
+FEWEST_PERIODS = 4  # in a quarter of the signal, for its frequency to be read
+REACH = 3  # samples on either side of an extremum that its polynomial goes through
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a signal says about its oscillation, in the units of the signal and of its time.
+
+    A_tip, omega: from the second half; None where the signal does not oscillate there, omega also where it is too
+    short. *_error: the difference between the third and the last quarter, which is what has not settled, plus that
+    between two ways to interpolate or to window; not the error of the integration behind the signal. growth:
+    relative rate of change of the amplitude between these quarters (0 where there is none).
+    """
+
+    state: State
+    A_tip: float | None
+    A_tip_error: float | None
+    omega: float | None
+    omega_error: float | None
+    growth: float
+
+
+def read(time: Array, signal: Array) -> Reading:
+    """Amplitude and frequency of `signal` (m,), sampled uniformly at `time` (m,), in the second half of the time."""
+    half, quarter = time.size // 2, time.size // 4
+    late_time, late = time[half:], signal[half:]
+    if (A := amplitude(late)) is None:
+        return Reading("not finished", None, None, None, None, 0.0)
+    third, last = amplitude(late[:quarter]), amplitude(late[quarter:])
+    if third is None or last is None:
+        return Reading("not finished", A, None, None, None, 0.0)
+    interpolation = abs(A - (amplitude(late, REACH - 1) or A))
+    growth = float(np.log(last / third) / (late_time[quarter] - late_time[0]))
+
+    omega = omega_error = None
+    periods = len(_turns(late[:quarter])) / 2
+    if periods >= FEWEST_PERIODS:
+        omega = frequency(late_time, late)
+        first, second = (
+            frequency(late_time[part], late[part]) for part in (slice(quarter), slice(quarter, None))
+        )
+        omega_error = abs(second - first) + abs(frequency(late_time, late, 2) - omega)
+    state: State = "not finished"
+    if last < DECAYED * np.abs(signal).max() and growth < 0:
+        state = "decayed"
+    elif abs(last - third) < SETTLED * last:
+        state = "settled"
+    return Reading(state, A, abs(last - third) + interpolation, omega, omega_error, growth)
+
+
+def amplitude(signal: Array, reach: int = REACH) -> float | None:
+    """Half the distance between the highest maximum and the lowest minimum; None without one of each."""
+    values = extrema(signal, reach)
+    if values.size < 2:
+        return None
+    return float(values.max() - values.min()) / 2 or None
+
+
+def extrema(signal: Array, reach: int = REACH) -> Array:
+    """Values of a uniformly sampled signal at its turning points, between the samples.
+
+    Each is the extremum of the polynomial of degree 2·reach through the samples around a turn: its error falls
+    like the sampling step to the power 2·reach + 1. Turns nearer to an end than `reach` are left out.
+    """
+    turns = _turns(signal)
+    turns = turns[(turns >= reach) & (turns < signal.size - reach)]
+    offsets = np.arange(-reach, reach + 1)
+    powers = np.arange(2 * reach + 1)
+    # coefficients of p(s), s in sampling steps from the turn: p(offsets) = samples
+    p = signal[turns[:, None] + offsets] @ np.linalg.inv(offsets[:, None] ** powers.astype(float)).T
+    s = np.zeros(turns.size)
+    for _ in range(6):  # Newton for p'(s) = 0
+        slope = (p[:, 1:] * powers[1:] * s[:, None] ** powers[:-1]).sum(axis=1)
+        curvature = (p[:, 2:] * powers[2:] * powers[1:-1] * s[:, None] ** powers[:-2]).sum(axis=1)
+        s = np.clip(s - slope / curvature, -1.0, 1.0)
+    return np.asarray((p * s[:, None] ** powers).sum(axis=1))
+
+
+def frequency(time: Array, signal: Array, power: int = 1) -> float:
+    """Angular frequency at the highest peak of the spectrum under a Hann window (to this power), at ω > 0.
+
+    The peak is where d|S|²/dω = 2 Re(S* S') = 0 for S(ω) = Σ w y e^{−iωt}, within a bin of the discrete one.
+    """
+    from scipy.optimize import brentq
+
+    t = time - time.mean()
+    weighted = np.hanning(t.size + 2)[1:-1] ** power * (signal - signal.mean())
+    bins = np.abs(np.fft.rfft(weighted))
+    bin_width = 2 * np.pi / (t[1] - t[0]) / t.size
+    peak = (1 + int(bins[1:-1].argmax())) * bin_width
+
+    def slope(omega: float) -> float:
+        wave = weighted * np.exp(-1j * omega * t)
+        return float((np.conj(wave.sum()) * (-1j * t * wave).sum()).real)
+
+    return float(brentq(slope, peak - bin_width, peak + bin_width, xtol=1e-14 * peak, rtol=1e-14))
+
+
+def _turns(signal: Array) -> NDArray[np.intp]:
+    """Indices of the samples that are not between their neighbours."""
+    steps = np.diff(signal)
+    return np.flatnonzero(steps[:-1] * steps[1:] < 0) + 1

@@ -1,0 +1,300 @@
+"""The full nonlinear rod in time, from the compressed straight rod with a small perturbation (paper: sec:numerics).
+
+The equations are those of `angleform`; SUNDIALS' CVODE integrates them with their exact Jacobian. Measured at equal
+accuracy in A_tip on these equations it needs a third of the time of SciPy's BDF (benchmarks/integrators.py).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl.angleform import AngleForm, angle_form
+from rodwnl.collocation import chebyshev
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.parameters import Number, RodParameters, exact, positive
+from rodwnl.readout import Reading, read
+from rodwnl.storage import require
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+DEGREES = (16, 24, 32, 48, 64)  # what `nodes="auto"` tries; more would only add round-off
+RESOLVED = 1e-6  # relative size of the last Chebyshev coefficients with which a grid is fine enough
+SAMPLES_PER_PERIOD = 32
+FRAMES = 256  # the last samples, for which the whole shape is kept
+MOST_SAMPLES = 2_000_000
+ATOL = 1e-2  # absolute tolerance over the relative one: angles and displacements of 0.01 L count as large
+LAYER = 0.05  # first part of the run, in which the initial data adapt to the tip conditions
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One run. Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+
+    time, tip_x, tip_y, tip_theta (m,): uniform samples. frame_time (k,), x, y, theta, axial_force (k, N+1) at nodes
+    (N+1,): the shapes at the last samples. complete: False where the run was interrupted. tail: relative size of the
+    last Chebyshev coefficients. tip_residual: how well x' = ν cosθ, y' = ν sinθ, θ' = 0 hold at the tip, relative.
+    resolved: whether the grid was fine enough. evaluations: of the right-hand side and of its Jacobian. seconds: of
+    the whole computation.
+    """
+
+    rod: RodParameters
+    force: float
+    perturbation: float
+    rtol: float
+    time: Array
+    tip_x: Array
+    tip_y: Array
+    tip_theta: Array
+    frame_time: Array
+    nodes: Array
+    x: Array
+    y: Array
+    theta: Array
+    axial_force: Array
+    complete: bool
+    tail: float
+    tip_residual: float
+    evaluations: tuple[int, int]
+    seconds: float
+
+    @property
+    def resolved(self) -> bool:
+        return self.tail <= RESOLVED
+
+    @cached_property
+    def reading(self) -> Reading:
+        """Amplitude and frequency of the tip in the second half of the run."""
+        return read(self.time, self.tip_y)
+
+
+def simulate(
+    rod: RodParameters,
+    force: Number,
+    time: Number = 5,
+    perturbation: Number = "1e-2",
+    nodes: int | Literal["auto"] = "auto",
+    rtol: float = 1e-8,
+    progress: Progress | None = None,
+) -> Simulation:
+    """Integrate the exact equations from t = 0 to `time`.
+
+    force: 0 < F < k1. perturbation: amplitude of the sines added to y (in L) and θ. nodes: intervals of the Chebyshev
+    grid; "auto" refines it until the spectrum of the shapes has decayed. rtol: tolerance of the integrator; the
+    default leaves about 3e-6 in A_tip. progress: called with the part of the run that is done.
+
+    An interrupt (Ctrl-C) ends the run early, and what was computed is returned with complete = False. Raises
+    InputError for values outside these ranges and ComputationError where the integrator gives up.
+    """
+    started = clock.perf_counter()
+    F = float(rod.checked_force(force))
+    if F <= 0:
+        raise InputError(f"force is {force}, but a simulation needs a follower force: 0 < force < k1")
+    duration, epsilon = float(positive("time", time)), float(exact("perturbation", perturbation))
+    if not 1e-13 <= rtol <= 1e-3:
+        raise InputError(f"rtol is {rtol}, but it must lie between 1e-13 and 1e-3")
+    degrees = DEGREES if nodes == "auto" else (_checked_nodes(nodes),)
+    step = sampling_step(angle_form(rod, F, DEGREES[0]), duration)
+    for degree in degrees:
+        form = angle_form(rod, F, degree)
+        run = _Run(form, step, duration, rtol, limit=None if degree == degrees[-1] else RESOLVED)
+        if run.integrate(perturbed(form, epsilon), progress):
+            break
+    return run.result(rod, epsilon, clock.perf_counter() - started)
+
+
+def perturbed(form: AngleForm, epsilon: float) -> Array:
+    """The initial state: x = νu, y = ε sin(πu/2), θ = ε sin(πu/2), in the unknowns of `angleform`."""
+    wave = np.pi / 2 * form.nodes
+    theta, y_u = epsilon * np.sin(wave), epsilon * np.pi / 2 * np.cos(wave)
+    c, s = np.cos(theta), np.sin(theta)
+    return form.state(form.nu * c + y_u * s, y_u * c - form.nu * s, theta)
+
+
+def sampling_step(form: AngleForm, duration: float) -> float:
+    """Time between samples: a fraction of the period of the straight rod's leading oscillation, dividing `duration`.
+
+    Where nothing oscillates, of the time in which the leading mode decays.
+    """
+    eigenvalues = np.linalg.eigvals(form.jacobian(np.zeros(form.size)))
+    oscillating = eigenvalues[eigenvalues.imag > 0]
+    leading = max(oscillating if oscillating.size else eigenvalues, key=lambda z: z.real)
+    samples = max(
+        8 * SAMPLES_PER_PERIOD, int(np.ceil(duration * abs(leading) / (2 * np.pi) * SAMPLES_PER_PERIOD))
+    )
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            f"time is {duration:g}: {samples} samples ({SAMPLES_PER_PERIOD} a period at frequency {abs(leading):.4g}) "
+            f"would be needed, and at most {MOST_SAMPLES} are kept; simulate a shorter time"
+        )
+    return duration / samples
+
+
+def _checked_nodes(nodes: int) -> int:
+    if isinstance(nodes, int) and 8 <= nodes <= 128:
+        return nodes
+    raise InputError(
+        f"nodes is {nodes}, but it must be auto or a whole number from 8 to 128 (round-off grows beyond)"
+    )
+
+
+class _Run:
+    """One integration on one grid: CVODE, and what is kept of its states."""
+
+    def __init__(
+        self, form: AngleForm, step: float, duration: float, rtol: float, limit: float | None
+    ) -> None:
+        self.form, self.step, self.rtol, self.limit = form, step, rtol, limit
+        self.samples = round(duration / step) + 1
+        self.tips: list[Array] = []  # (3, samples of a chunk) each
+        self.states: Array = np.empty((0, form.size))  # the last FRAMES, and those not yet read
+        self.unread: list[Array] = []
+        self.tail, self.complete, self.evaluations = 0.0, True, (0, 0)
+
+    def integrate(self, q: Array, progress: Progress | None) -> bool:
+        """Run to the end or to an interrupt; False where the grid turned out too coarse (the limit of the tail)."""
+        self._keep(q, last=True)
+        with require("threadpoolctl", "simulate").threadpool_limits(1):
+            solver = self._solver(q)
+            try:
+                for index in range(1, self.samples):
+                    self._keep(self._advance(solver, index * self.step), last=index == self.samples - 1)
+                    if self.limit is not None and self.tail > self.limit:
+                        return False
+                    if progress is not None and not self.unread:
+                        progress(index / (self.samples - 1))
+            except KeyboardInterrupt:
+                self.complete = False
+                self._read()
+        return True
+
+    def _solver(self, q: Array) -> Any:
+        sundae = require("sksundae.cvode", "simulate")
+
+        def rhs(t: float, q: Array, q_t: Array) -> None:
+            q_t[:] = self.form.rhs(q)
+
+        def jacobian(t: float, q: Array, q_t: Array, J: Array) -> None:
+            J[:] = self.form.jacobian(q)
+
+        solver = sundae.CVODE(
+            rhs, jacfn=jacobian, rtol=self.rtol, atol=ATOL * self.rtol, max_num_steps=100_000
+        )
+        solver.init_step(0.0, q)
+        return solver
+
+    def _advance(self, solver: Any, time: float) -> Array:
+        with contextlib.redirect_stdout(io.StringIO()):  # SUNDIALS reports failures there as well
+            try:
+                now = solver.step(time)
+            except FloatingPointError as error:
+                raise ComputationError(self._failure(time, str(error))) from None
+        self.evaluations = (int(now.nfev), int(now.njev))
+        if not now.success or not np.isfinite(now.y).all():
+            raise ComputationError(self._failure(now.t, now.message))
+        return np.asarray(now.y)
+
+    def _failure(self, time: float, reason: str) -> str:
+        return (
+            f"the integrator gave up at t = {time:.3g} of {(self.samples - 1) * self.step:g}: {reason.rstrip('.')}. "
+            "A smaller perturbation, a larger rtol or more nodes may help"
+        )
+
+    def _keep(self, q: Array, last: bool) -> None:
+        self.unread.append(q)
+        if last or len(self.unread) >= 2 * SAMPLES_PER_PERIOD:
+            self._read()
+
+    def _read(self) -> None:
+        """Take from the new states what is kept of all."""
+        if not self.unread:
+            return
+        new = np.array(self.unread)
+        self.unread = []
+        done = sum(chunk.shape[1] for chunk in self.tips)
+        self.tips.append(np.array(self.form.tip(new)))
+        self.states = np.concatenate([self.states, new])[-FRAMES:]
+        if done > LAYER * self.samples:
+            self.tail = max(self.tail, self.form.tail(new))
+
+    def result(self, rod: RodParameters, epsilon: float, seconds: float) -> Simulation:
+        tip = np.concatenate(self.tips, axis=1)
+        time = self.step * np.arange(tip.shape[1])
+        x, y, theta, axial_force = self.form.fields(self.states)
+        return Simulation(
+            rod, self.form.force, epsilon, self.rtol, time, *tip, time[-len(self.states) :], self.form.nodes,
+            x, y, theta, axial_force, self.complete, self.tail,
+            tip_residual=_tip_residual(self.form, x, y, theta), evaluations=self.evaluations, seconds=seconds,
+        )  # fmt: skip
+
+
+def _tip_residual(form: AngleForm, x: Array, y: Array, theta: Array) -> float:
+    """max |x' − ν cosθ|, |y' − ν sinθ|, |θ'| at u = 1 by differentiating the shapes, over the largest |θ'| of the rod."""
+    first = chebyshev(form.nodes.size - 1).first
+    end, tip = first[-1], theta[:, -1]
+    residuals = (x @ end - form.nu * np.cos(tip), y @ end - form.nu * np.sin(tip), theta @ end)
+    size = max(float(np.abs(theta @ first.T).max()), 1e-300)
+    return max(float(np.abs(r).max()) for r in residuals) / size
+
+
+def to_dataset(run: Simulation) -> xarray.Dataset:
+    """The run with names, units and everything that is needed to repeat it."""
+    xr = require("xarray", "simulate")
+    reading = run.reading
+    read_values = {
+        name: value
+        for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+        if (value := getattr(reading, name)) is not None
+    }
+    length, duration, force = "L", "gamma2 L^4/k3", "k3/L^2"
+
+    def variable(dims: tuple[str, ...], values: Array, units: str, long_name: str) -> Any:
+        return (dims, values, {"units": units, "long_name": long_name})
+
+    frame = ("frame", "node")
+    return xr.Dataset(
+        {
+            "tip_x": variable(("time",), run.tip_x, length, "x at the tip"),
+            "tip_y": variable(("time",), run.tip_y, length, "y at the tip"),
+            "tip_theta": variable(("time",), run.tip_theta, "rad", "angle of the cross-section at the tip"),
+            "frame_time": variable(
+                ("frame",), run.frame_time, duration, "time of the shapes, the last of the run"
+            ),
+            "x": variable(frame, run.x, length, "position along the straight rod"),
+            "y": variable(frame, run.y, length, "position across the straight rod"),
+            "theta": variable(frame, run.theta, "rad", "angle of the cross-section"),
+            "F1": variable(frame, run.axial_force, force, "axial force k1 (h1 - 1)"),
+        },
+        coords={
+            "time": variable(("time",), run.time, duration, "time"),
+            "u": variable(("node",), run.nodes, length, "material coordinate, 0 at the clamp, 1 at the tip"),
+        },
+        attrs={
+            "title": "Planar Cosserat rod under a follower force, full nonlinear equations",
+            "conventions": "dimensionless: lengths in L, times in gamma2 L^4/k3, forces in k3/L^2",
+            **run.rod.texts(),
+            "force": run.force,
+            "perturbation": run.perturbation,
+            "rtol": run.rtol,
+            "nodes": run.nodes.size - 1,
+            "complete": int(run.complete),
+            "resolved": int(run.resolved),
+            "spectral_tail": run.tail,
+            "tip_residual": run.tip_residual,
+            "state": reading.state,
+            **read_values,
+        },
+    )

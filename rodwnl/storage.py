@@ -1,0 +1,89 @@
+"""Results on disk: netCDF through xarray and h5netcdf, described in the file itself, never half a file.
+
+A file is written beside its name under another one and put in place by one rename.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rodwnl.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+ENGINE = "h5netcdf"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary name beside `path`; what stands there afterwards replaces `path`, unless the body raised."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())  # mkstemp's files are for their owner alone
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def require_writable(path: Path, size: int = 0) -> None:
+    """Before a long run: raise InputError unless a file of about `size` bytes can be put at `path`."""
+    folder = path.parent
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder; name a file in it")
+    if not folder.is_dir():
+        raise InputError(f"cannot write {path}: the folder {folder} does not exist; make it first")
+    try:
+        with tempfile.NamedTemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+    if (free := shutil.disk_usage(folder).free) < size:
+        raise InputError(
+            f"cannot write {path}: it needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free there"
+        )
+
+
+def save(dataset: xarray.Dataset, path: Path) -> None:
+    """Write a dataset as netCDF 4. Raises OSError where the disk refuses; then nothing stands at `path`."""
+    with replacing(path) as temporary:
+        dataset.to_netcdf(temporary, engine=ENGINE)
+
+
+def load(path: Path) -> xarray.Dataset:
+    """A dataset written by `save`, in memory. Raises InputError where the file is missing or is not one."""
+    xr: Any = require("xarray", "simulate")
+    if not path.is_file():
+        raise InputError(f"there is no file {path}")
+    try:
+        with xr.open_dataset(path, engine=ENGINE) as dataset:
+            return dataset.load()  # type: ignore[no-any-return]
+    except (OSError, ValueError, KeyError, RuntimeError):
+        raise InputError(
+            f"{path} is not a netCDF file that can be read; `rodwnl simulate --out` writes one"
+        ) from None
+
+
+def require(module: str, extra: str) -> Any:
+    """Import an optional dependency, or say which extra brings it."""
+    from importlib import import_module
+
+    try:
+        return import_module(module)
+    except ImportError:
+        raise InputError(f"this needs {module}: pip install 'rodwnl[{extra}]'") from None
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

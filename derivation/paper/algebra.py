@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal, NamedTuple, Union
+from typing import Any, ClassVar, Literal, Union
 
 from sympy import QQ_I
 from sympy.polys.rings import PolyElement
@@ -20,8 +18,8 @@ from sympy.polys.rings import PolyElement
 Kind = Literal["constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"]
 
 
-class Atom(NamedTuple):
-    """A variable.
+class Atom:
+    """A variable; two with the same description are one object, so that they compare fast.
 
     ``constant``: parameters, u and t; complex ones have a ``bar``. ``field``: x, y, theta of an order, with its
     derivatives. ``shape``: a function of u in the ansatz. ``exact``: a quantity before expansion.
@@ -29,46 +27,86 @@ class Atom(NamedTuple):
     ``place``: 0 or 1 for the value there, None at a general u.
     """
 
+    __slots__ = ("arg", "bar", "kind", "name", "order", "place", "slow", "tau", "u")
+    _made: ClassVar[dict[tuple[Any, ...], Atom]] = {}
     kind: Kind
-    name: str = ""
-    order: int = 0
-    u: int = 0
-    tau: int = 0
-    slow: int = 0
-    bar: bool = False
-    place: int | None = None
-    arg: Any = None
+    name: str
+    order: int
+    u: int
+    tau: int
+    slow: int
+    bar: bool
+    place: int | None
+    arg: Any
+
+    def __new__(
+        cls, kind: Kind, name: str = "", order: int = 0, u: int = 0, tau: int = 0, slow: int = 0,
+        bar: bool = False, place: int | None = None, arg: Any = None,
+    ) -> Atom:  # fmt: skip
+        key = (kind, name, order, u, tau, slow, bar, place, arg)
+        made = cls._made.get(key)
+        if made is None:
+            made = object.__new__(cls)
+            for slot, value in zip(_FIELDS, key, strict=True):
+                setattr(made, slot, value)
+            cls._made[key] = made
+        return made
+
+    def replace(self, **changes: Any) -> Atom:
+        """The same with some entries changed."""
+        return Atom(**{**{f: getattr(self, f) for f in _FIELDS}, **changes})
+
+    def __repr__(self) -> str:
+        return "/".join(str(getattr(self, f)) for f in _FIELDS)
 
 
+_FIELDS = ("kind", "name", "order", "u", "tau", "slow", "bar", "place", "arg")
 Monomial = frozenset[tuple[Atom, int]]
 ONE: Monomial = frozenset()
 COMPLEX = {"alpha", "beta", "lambda"}  # constants that are not real
 Number = Union[int, "Poly"]
 
 
-@dataclass(frozen=True)
 class Poly:
-    """A finite sum of Gaussian rationals times monomials; zero has no terms."""
+    """A finite sum of Gaussian rationals times monomials; zero has no terms. Never changed once made."""
 
-    terms: frozenset[tuple[Monomial, Any]]
+    __slots__ = ("_hash", "terms")
+
+    def __init__(self, terms: dict[Monomial, Any]) -> None:
+        self.terms = terms
+        self._hash: int | None = None
 
     @staticmethod
     def of(items: Iterable[tuple[Monomial, Any]]) -> Poly:
         total: dict[Monomial, Any] = {}
-        for monomial, c in items:
-            total[monomial] = total[monomial] + c if monomial in total else c
-        return Poly(frozenset((m, c) for m, c in total.items() if c))
+        for m, c in items:
+            total[m] = total[m] + c if m in total else c
+        return Poly({m: c for m, c in total.items() if c})
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Poly) and self.terms == other.terms
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(frozenset(self.terms))
+        return self._hash
+
+    def __repr__(self) -> str:
+        return " + ".join(sorted(f"{c}*{sorted(m, key=repr)}" for m, c in self.terms.items()))
 
     def __bool__(self) -> bool:
         return bool(self.terms)
 
     def __add__(self, other: Number) -> Poly:
-        return Poly.of([*self.terms, *poly(other).terms])
+        total = dict(self.terms)
+        for m, c in poly(other).terms.items():
+            total[m] = total[m] + c if m in total else c
+        return Poly({m: c for m, c in total.items() if c})
 
     __radd__ = __add__
 
     def __neg__(self) -> Poly:
-        return Poly(frozenset((m, -c) for m, c in self.terms))
+        return Poly({m: -c for m, c in self.terms.items()})
 
     def __sub__(self, other: Number) -> Poly:
         return self + (-poly(other))
@@ -77,8 +115,8 @@ class Poly:
         return poly(other) + (-self)
 
     def __mul__(self, other: Number) -> Poly:
-        right = poly(other)
-        return Poly.of((_times(m, n), c * d) for m, c in self.terms for n, d in right.terms)
+        right = poly(other).terms.items()
+        return Poly.of((_times(m, n), c * d) for m, c in self.terms.items() for n, d in right)
 
     __rmul__ = __mul__
 
@@ -100,35 +138,33 @@ class Poly:
             raise ZeroDivisionError("division by zero")
         if len(self.terms) > 1:
             return atom(Atom("inverse", arg=self))
-        ((m, c),) = self.terms
+        ((m, c),) = self.terms.items()
         return Poly.of([(_normal((a, -e) for a, e in m), QQ_I.one / c)])
 
-    @cached_property
-    def atoms(self) -> frozenset[Atom]:
+    @property
+    def atoms(self) -> set[Atom]:
         """The atoms that occur, those inside exponentials and integrals included."""
-        found = {a for m, _ in self.terms for a, _ in m}
-        inner = [a.arg.atoms for a in found if isinstance(a.arg, Poly)]
-        return frozenset(found.union(*inner))
+        found = {a for m in self.terms for a, _ in m}
+        return found.union(*(a.arg.atoms for a in found if isinstance(a.arg, Poly)))
 
     def map(self, image: Callable[[Atom], Poly | None]) -> Poly:
         """Atoms replaced by polynomials, simultaneously; None keeps an atom. Arguments are mapped first."""
-        seen: dict[Atom, Poly] = {}
-
-        def new(a: Atom) -> Poly:
-            if a not in seen:
-                if isinstance(a.arg, Poly):
-                    a = a._replace(arg=a.arg.map(image))
-                value = image(a)
-                seen[a] = _rebuilt(a) if value is None else value
-            return seen[a]
-
-        total: list[tuple[Monomial, Any]] = []
-        for m, c in self.terms:
-            term = Poly(frozenset([(ONE, c)]))
-            for a, e in m:
-                term = term * new(a) ** e
-            total.extend(term.terms)
-        return Poly.of(total)
+        images: dict[Atom, Poly] = {}
+        for a in {a for m in self.terms for a, _ in m}:
+            value = _image(a, image)
+            if value is not None:
+                images[a] = value
+        if not images:
+            return self
+        total: dict[Monomial, Any] = {}
+        for m, c in self.terms.items():
+            changed = [(a, e) for a, e in m if a in images]
+            term = Poly({m.difference(changed): c})
+            for a, e in changed:
+                term = term * images[a] ** e
+            for n, d in term.terms.items():
+                total[n] = total[n] + d if n in total else d
+        return Poly({m: c for m, c in total.items() if c})
 
     def rewrite(self, image: Callable[[Atom], Poly | None]) -> Poly:
         """:meth:`map` until nothing changes.
@@ -139,7 +175,7 @@ class Poly:
         p = self
         for _ in range(30):
             q = p.map(image)
-            if q == p:
+            if q is p:
                 return p
             p = q
         raise RuntimeError("circular rewriting rules")
@@ -150,12 +186,12 @@ class Poly:
     def derive(self, variable: str) -> Poly:
         """The derivative along u, tau, T or t, or with respect to a constant of that name."""
         total: list[tuple[Monomial, Any]] = []
-        for m, c in self.terms:
+        for m, c in self.terms.items():
             for a, e in m:
                 rate = _rate(a, variable)
                 if rate:
                     rest = _times(m, frozenset([(a, -1)]))
-                    total.extend((Poly(frozenset([(rest, c * e)])) * rate).terms)
+                    total.extend((Poly({rest: c * e}) * rate).terms.items())
         return Poly.of(total)
 
     def at(self, place: int) -> Poly:
@@ -164,33 +200,35 @@ class Poly:
         def value(a: Atom) -> Poly | None:
             if a == U:
                 return poly(place)
-            return atom(a._replace(place=place)) if _depends_on_u(a) else None
+            return atom(a.replace(place=place)) if _depends_on_u(a) else None
 
-        return Poly.of(self.terms).map(value)
+        return self.map(value)
 
     def keep(self, wanted: Callable[[Monomial], bool]) -> Poly:
         """The terms whose monomial is wanted."""
-        return Poly(frozenset((m, c) for m, c in self.terms if wanted(m)))
+        return Poly({m: c for m, c in self.terms.items() if wanted(m)})
 
     def degree(self, a: Atom) -> int:
-        return max((dict(m).get(a, 0) for m, _ in self.terms), default=0)
+        return max((dict(m).get(a, 0) for m in self.terms), default=0)
 
 
 def poly(value: Number) -> Poly:
     """A rational number (or a polynomial, unchanged) as a polynomial."""
     if isinstance(value, Poly):
         return value
-    c = QQ_I.convert(value) if isinstance(value, int) else QQ_I(value, 0)
-    return Poly(frozenset([(ONE, c)] if c else []))
+    return _INTEGERS[value] if value in _INTEGERS else rational(value, 1)
 
 
 def rational(numerator: int, denominator: int) -> Poly:
     c = QQ_I(numerator, 0) / QQ_I(denominator, 0)
-    return Poly(frozenset([(ONE, c)] if c else []))
+    return Poly({ONE: c} if c else {})
+
+
+_INTEGERS = {n: rational(n, 1) for n in range(-3, 4)}
 
 
 def atom(a: Atom) -> Poly:
-    return Poly(frozenset([(_normal([(a, 1)]), QQ_I.one)]))
+    return Poly({frozenset([(a, 1)]): QQ_I.one})
 
 
 def constant(name: str) -> Poly:
@@ -201,39 +239,24 @@ def exp(p: Poly) -> Poly:
     return atom(Atom("exp", arg=p)) if p else poly(1)
 
 
-I = Poly(frozenset([(ONE, QQ_I(0, 1))]))  # noqa: E741
+I = Poly({ONE: QQ_I(0, 1)})  # noqa: E741
 U, T_ATOM = Atom("constant", "u"), Atom("constant", "t")
 
 
 def cleared(p: Poly) -> Poly:
     """p times the denominators that are sums."""
     for _ in range(20):
-        inverse = next((a for m, _ in p.terms for a, _ in m if a.kind == "inverse"), None)
+        inverse = next((a for m in p.terms for a, _ in m if a.kind == "inverse"), None)
         if inverse is None:
             return p
         most = p.degree(inverse)
         p = Poly.of(
             pair
-            for m, c in p.terms
+            for m, c in p.terms.items()
             for e in [dict(m).get(inverse, 0)]
-            for pair in (
-                Poly(frozenset([(_times(m, frozenset([(inverse, -e)])), c)])) * inverse.arg ** (most - e)
-            ).terms
+            for pair in (Poly({m - {(inverse, e)}: c}) * inverse.arg ** (most - e)).terms.items()
         )
     raise RuntimeError("too many denominators")
-
-
-def split(p: Poly, outside: Callable[[Atom], bool]) -> dict[Monomial, Poly]:
-    """p as a sum over monomials of the atoms ``outside``, times the rest."""
-    parts: dict[Monomial, list[tuple[Monomial, Any]]] = {}
-    for m, c in p.terms:
-        head = frozenset((a, e) for a, e in m if outside(a))
-        parts.setdefault(head, []).append((m - head, c))
-    return {head: Poly.of(rest) for head, rest in parts.items()}
-
-
-def monomial(m: Monomial) -> Poly:
-    return Poly(frozenset([(m, QQ_I.one)]))
 
 
 def harmonic(m: Monomial) -> int:
@@ -241,7 +264,7 @@ def harmonic(m: Monomial) -> int:
     for a, _ in m:
         if a.kind == "exp":
             rate = a.arg.derive("t")
-            (n,) = [c.y for k, c in rate.terms if k == frozenset([(Atom("constant", "omega"), 1)])] or [0]
+            (n,) = [c.y for k, c in rate.terms.items() if k == frozenset([(Atom("constant", "omega"), 1)])] or [0]
             return int(n) if n == int(n) else 99
     return 0
 
@@ -267,6 +290,16 @@ def _normal(items: Iterable[tuple[Atom, int]]) -> Monomial:
     return frozenset(kept)
 
 
+def _image(a: Atom, image: Callable[[Atom], Poly | None]) -> Poly | None:
+    """What an atom is mapped to, its argument first; None when nothing changes."""
+    if not isinstance(a.arg, Poly):
+        return image(a)
+    arg = a.arg.map(image)
+    new = a if arg is a.arg else a.replace(arg=arg)
+    value = image(new)
+    return _rebuilt(new) if value is None and new is not a else value
+
+
 def _rebuilt(a: Atom) -> Poly:
     """An atom whose argument may have changed."""
     if a.kind == "exp":
@@ -278,15 +311,15 @@ def _rebuilt(a: Atom) -> Poly:
 
 def _bar(a: Atom) -> Poly | None:
     if a.kind in ("shape", "amplitude") or (a.kind == "constant" and a.name in COMPLEX):
-        return atom(a._replace(bar=not a.bar))
+        return atom(a.replace(bar=not a.bar))
     if isinstance(a.arg, Poly):
-        return _rebuilt(a._replace(arg=_conjugated_coefficients(a.arg)))
+        return _rebuilt(a.replace(arg=_conjugated_coefficients(a.arg)))
     return None
 
 
 def _conjugated_coefficients(p: Poly) -> Poly:
     """The atoms of an argument are conjugated by map already; its coefficients are not."""
-    return Poly.of((m, QQ_I(c.x, -c.y)) for m, c in p.terms)
+    return Poly({m: QQ_I(c.x, -c.y) for m, c in p.terms.items()})
 
 
 def _depends_on_u(a: Atom) -> bool:
@@ -303,19 +336,19 @@ def _rate(a: Atom, variable: str) -> Poly | None:
         rate: Poly = a.arg.derive(variable)
         return atom(a) * rate
     if a.kind == "amplitude":
-        return atom(a._replace(slow=a.slow + 1)) if variable == "T" else None
+        return atom(a.replace(slow=a.slow + 1)) if variable == "T" else None
     if a.kind == "field" and variable in ("tau", "t"):
-        return atom(a._replace(tau=a.tau + 1))
+        return atom(a.replace(tau=a.tau + 1))
     if a.kind == "field" and variable == "T":
-        return atom(a._replace(slow=a.slow + 1))
+        return atom(a.replace(slow=a.slow + 1))
     if a.kind == "exact" and a.name in ("cos", "sin"):
         other = "sin" if a.name == "cos" else "cos"
         theta = _rate(Atom("exact", "theta", place=a.place), variable)
-        return None if theta is None else theta * atom(a._replace(name=other)) * (-1 if other == "sin" else 1)
+        return None if theta is None else theta * atom(a.replace(name=other)) * (-1 if other == "sin" else 1)
     if a.kind == "exact" and variable == "t":
-        return atom(a._replace(tau=a.tau + 1))
+        return atom(a.replace(tau=a.tau + 1))
     if variable == "u" and _depends_on_u(a):
-        return atom(a._replace(u=a.u + 1))
+        return atom(a.replace(u=a.u + 1))
     return None
 
 

@@ -380,7 +380,7 @@ class Lowering:
         value = self.value(n.arg)
         if isinstance(n.place, Relation):
             old, new = self.scalar(n.place.left), self.scalar(n.place.right)
-            ((m, _),) = old.terms
+            (m,) = old.terms
             ((variable, _),) = m
             return _each(value, lambda p: p.map(lambda a: new if a == variable else None))
         if isinstance(n.place, Sym) and self._quantity(n.place)[0] == "force_c":
@@ -606,7 +606,7 @@ def _acted(left: Poly, right: Poly) -> Poly:
     if not any(a.kind == "operator" for a in left.atoms) or any(a.kind == "operator" for a in right.atoms):
         return left * right
     total = poly(0)
-    for m, c in left.terms:
+    for m, c in left.terms.items():
         value = right
         rest = []
         for a, e in m:
@@ -615,7 +615,7 @@ def _acted(left: Poly, right: Poly) -> Poly:
                     value = value.derive(a.name)
             else:
                 rest.append((a, e))
-        total += Poly(frozenset([(frozenset(rest), c)])) * value
+        total += Poly({frozenset(rest): c}) * value
     return total
 
 
@@ -623,7 +623,7 @@ def _integer(p: Poly) -> int | None:
     """The integer that a polynomial is, None when it is none."""
     if not p:
         return 0
-    ((m, c), *more) = p.terms
+    ((m, c), *more) = p.terms.items()
     if more or m or c.y or Fraction(str(c.x)).denominator != 1:
         return None
     return int(c.x)

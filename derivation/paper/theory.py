@@ -114,7 +114,7 @@ class Theory:
             turns = sum((-e if a.bar else e) for a, e in m if a.kind == "amplitude")
             return exp(rate * turns)
 
-        return sum((Poly(frozenset([(m, c)])) * wave(m) for m, c in p.terms), poly(0))
+        return sum((Poly({m: c}) * wave(m) for m, c in p.terms.items()), poly(0))
 
     @cached_property
     def operator(self) -> tuple[Vector, ...]:
@@ -122,12 +122,12 @@ class Theory:
         rows = []
         for row, weight in zip(self.d.hierarchy[1].linear, self.weights, strict=True):
             entries = [poly(0)] * 3
-            for m, c in from_ring(row).terms:
+            for m, c in from_ring(row).terms.items():
                 (jet,) = (a for a, _ in m if a.kind == "field")
                 if not jet.tau:
                     rest = m - {(jet, 1)}
                     op = atom(Atom("operator", "u")) ** jet.u
-                    entries[FIELDS.index(jet.name)] -= Poly(frozenset([(rest, c)])) * op * weight.inverse()
+                    entries[FIELDS.index(jet.name)] -= Poly({rest: c}) * op * weight.inverse()
             rows.append(tuple(entries))
         return tuple(rows)
 
@@ -137,11 +137,11 @@ class Theory:
         rows = [self.operator[0]]
         for row, weight in zip(self.d.adjoint.operator, self.weights[1:], strict=True):
             entries = [poly(0)] * 3
-            for m, c in from_ring(row).conjugate().terms:
+            for m, c in from_ring(row).conjugate().terms.items():
                 (jet,) = (a for a, _ in m if a.kind == "shape")
                 place = 1 + ("Psi_Y", "Psi_Theta").index(jet.name)
                 op = atom(Atom("operator", "u")) ** jet.u
-                entries[place] += Poly(frozenset([(m - {(jet, 1)}, c)])) * op * weight.inverse()
+                entries[place] += Poly({m - {(jet, 1)}: c}) * op * weight.inverse()
             rows.append(tuple(entries))
         return tuple(rows)
 
@@ -151,7 +151,7 @@ class Theory:
         found = []
         for f, row in zip(FIELDS, self.d.hierarchy[1].linear, strict=True):
             rate = Atom("field", f, 1, tau=1)
-            found.append(Poly.of((m - {(rate, 1)}, c) for m, c in from_ring(row).terms if (rate, 1) in m))
+            found.append(Poly.of((m - {(rate, 1)}, c) for m, c in from_ring(row).terms.items() if (rate, 1) in m))
         return tuple(found)
 
     @cached_property
@@ -244,7 +244,7 @@ class Theory:
                 rules["field", f, n] = _solve(from_ring(row), Atom("field", f, n, u=2))
         interior = self.d.adjoint.modes.interior | self.d.second.modes.interior
         for g, value in interior.items():
-            (m,) = (m for m, _ in from_ring(g).terms)
+            (m,) = from_ring(g).terms
             ((a, _),) = m
             if a.u == 2 and not a.bar:
                 rules["shape", a.name, 0] = from_ring(value).rewrite(
@@ -257,9 +257,9 @@ class Theory:
         """Values at the ends: the rod's conditions order by order, those of the modes and corrections."""
         rules: dict[Atom, Poly] = {}
         for g, value in self.d.hierarchy.tip_rules.items():
-            ((m, _),) = from_ring(g).terms
+            (m,) = from_ring(g).terms
             ((a, _),) = m
-            rules[a._replace(place=1)] = from_ring(value).at(1)
+            rules[a.replace(place=1)] = from_ring(value).at(1)
             if a.order == 1 and a.name != "x":  # the mode obeys the conditions of order 1
                 shape = {"y": "Y", "theta": "Theta"}
                 rules[Atom("shape", shape[a.name], u=a.u, place=1)] = (
@@ -276,10 +276,10 @@ class Theory:
         rules |= {Atom("shape", s, place=0): poly(0) for s in ("Y", "Theta", "Psi_Y", "Psi_Theta")}
         rules[Atom("shape", "Y", place=1)] = poly(1)  # the normalisation
         for g, value in self.d.adjoint.modes.tip.items():
-            ((m, _),) = from_ring(g).terms
+            (m,) = from_ring(g).terms
             ((a, _),) = m
             if a.name.startswith("Psi") and a.u and not a.bar:
-                rules[a._replace(place=1)] = from_ring(value).at(1)
+                rules[a.replace(place=1)] = from_ring(value).at(1)
         return rules
 
     @cached_property
@@ -345,10 +345,10 @@ class Theory:
     def _rule(self, a: Atom) -> Poly | None:
         if a.kind not in ("field", "shape"):
             return None
-        plain = a._replace(bar=False)
+        plain = a.replace(bar=False)
         value = None
-        if a.place is not None and plain._replace(tau=0, slow=0) in self._ends:
-            value = self._ends[plain._replace(tau=0, slow=0)]
+        if a.place is not None and plain.replace(tau=0, slow=0) in self._ends:
+            value = self._ends[plain.replace(tau=0, slow=0)]
             for variable, times in (("t", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
@@ -365,7 +365,7 @@ class Theory:
 
         def image(a: Atom) -> Poly | None:
             if a == Atom("operator", "t"):
-                return atom(a._replace(name="tau")) + constant("epsilon") ** 2 * atom(a._replace(name="T"))
+                return atom(a.replace(name="tau")) + constant("epsilon") ** 2 * atom(a.replace(name="T"))
             return self._constants.get(a.name) if a.kind == "constant" else None
 
         p = _reduced_power(p.rewrite(image), Atom("constant", "R_star"), self.saturated)
@@ -377,7 +377,7 @@ class Theory:
         rate = constant("alpha") * a**2 * a_bar + constant("beta") * constant("Delta") * a
         slow = Atom("amplitude", "A", slow=1)
         return p.map(
-            lambda b: rate if b == slow else rate.conjugate() if b == slow._replace(bar=True) else None
+            lambda b: rate if b == slow else rate.conjugate() if b == slow.replace(bar=True) else None
         )
 
 
@@ -391,10 +391,10 @@ def _exact(p: Poly) -> Poly:
 def integral(p: Poly) -> Poly:
     """int_0^1 p du as a sum of constants times integrals of single products: linear, hence decidable."""
     total = []
-    for m, c in p.terms:
+    for m, c in p.terms.items():
         inside = frozenset((a, e) for a, e in m if a == U or a.kind in ("shape", "field", "exact") and a.place is None)
-        unit = Poly(frozenset([(inside, QQ_I.one)]))
-        total += (Poly(frozenset([(m - inside, c)])) * atom(Atom("integral", arg=unit))).terms
+        unit = Poly({inside: QQ_I.one})
+        total += (Poly({m - inside: c}) * atom(Atom("integral", arg=unit))).terms.items()
     return Poly.of(total)
 
 
@@ -405,7 +405,7 @@ def normal_integrals(p: Poly) -> Poly:
 
 def _solve(row: Poly, top: Atom) -> Poly:
     """row = 0 for an atom that enters linearly with a constant coefficient."""
-    coefficient = Poly.of((m - {(top, 1)}, c) for m, c in row.terms if (top, 1) in m)
+    coefficient = Poly.of((m - {(top, 1)}, c) for m, c in row.terms.items() if (top, 1) in m)
     rest = row - coefficient * atom(top)
     return -rest * coefficient.inverse()
 
@@ -417,11 +417,11 @@ def _root(p: Poly) -> Poly:
 def _reduced_power(p: Poly, a: Atom, square: Poly) -> Poly:
     """Even powers of an atom whose square is known."""
     total = poly(0)
-    for m, c in p.terms:
+    for m, c in p.terms.items():
         power = dict(m).get(a, 0)
         half, rest = divmod(power, 2)
         head = m - {(a, power)} | ({(a, rest)} if rest else frozenset())
-        total += Poly(frozenset([(frozenset(head), c)])) * square**half
+        total += Poly({frozenset(head): c}) * square**half
     return total
 
 

@@ -27,7 +27,8 @@ def test_the_output_shown_is_the_output(capsys):
     command, *shown = block_with("$ rodwnl landau").splitlines()
     assert cli.run(command.split()[2:]) == 0
     printed = capsys.readouterr().out
-    assert list(map(value, printed.split())) == pytest.approx(list(map(value, "\n".join(shown).split())))
+    expected = list(map(value, "\n".join(shown).split()))
+    assert list(map(value, printed.split())) == pytest.approx(expected, rel=1e-9)
 
 
 def value(word):

@@ -5,6 +5,7 @@ it returns is the exit code (None is 0). These modules import numerics inside th
 and every command pay only for what they use.
 """
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -62,6 +63,8 @@ def run(arguments: Sequence[str]) -> int:
     # Before NumPy is imported: the matrices are small, and a second BLAS thread costs more than it gives.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a Greek letter must not fail where only ASCII can be shown
     commands = typer.main.get_command(app)
     try:
         with commands.make_context("rodwnl", list(arguments)) as context:
@@ -79,7 +82,7 @@ def run(arguments: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except OSError as error:
-        return _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        return _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part))
     except KeyboardInterrupt:
         return 130
 

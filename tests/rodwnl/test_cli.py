@@ -1,3 +1,4 @@
+import os
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -102,6 +103,7 @@ def test_a_rod_in_si_units(echo):
         (InputError("a\nb"), "rodwnl: a b\n"),
         (ComputationError("no convergence"), "rodwnl: no convergence\n"),
         (PermissionError(13, "Permission denied", "/x"), "rodwnl: /x: Permission denied\n"),
+        (OSError(28, "No space left on device"), "rodwnl: No space left on device\n"),
     ],
 )
 def test_failures_are_one_line_and_exit_code_2(toy, capsys, error, line):
@@ -157,3 +159,13 @@ def test_version():
     assert (result.returncode, result.stdout) == (0, f"rodwnl {rodwnl.__version__}\n")
     result = subprocess.run([sys.executable, "-m", "rodwnl", "--version"], capture_output=True, text=True)
     assert result.stdout == f"rodwnl {rodwnl.__version__}\n"
+
+
+def test_an_output_that_knows_only_ascii():
+    result = subprocess.run(
+        [sys.executable, "-m", "rodwnl", "landau", "--help"],
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+    )
+    assert (result.returncode, result.stderr) == (0, b"")
+    assert b"|A|?" in result.stdout

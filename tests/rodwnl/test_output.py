@@ -1,6 +1,7 @@
 import io
 import json
 import math
+import sys
 
 import pytest
 from hypothesis import given
@@ -60,8 +61,6 @@ def test_a_table_survives_an_output_that_knows_only_ascii(monkeypatch):
     raw = io.BytesIO()
     monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw, encoding="ascii", errors="backslashreplace"))
     print_table(["ω"], [["1"]])
-    import sys
-
     sys.stdout.flush()
     assert b"1" in raw.getvalue()
 

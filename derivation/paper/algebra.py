@@ -15,7 +15,9 @@ from typing import Any, ClassVar, Literal, Union
 from sympy import QQ_I
 from sympy.polys.rings import PolyElement
 
-Kind = Literal["constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"]
+Kind = Literal[
+    "constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"
+]
 
 
 class Atom:
@@ -264,7 +266,9 @@ def harmonic(m: Monomial) -> int:
     for a, _ in m:
         if a.kind == "exp":
             rate = a.arg.derive("t")
-            (n,) = [c.y for k, c in rate.terms.items() if k == frozenset([(Atom("constant", "omega"), 1)])] or [0]
+            (n,) = [
+                c.y for k, c in rate.terms.items() if k == frozenset([(Atom("constant", "omega"), 1)])
+            ] or [0]
             return int(n) if n == int(n) else 99
     return 0
 
@@ -361,7 +365,8 @@ def from_ring(p: PolyElement) -> Poly:
     """An element of one of the derivation's rings, by the names of its generators."""
     images = [_generator(str(g)) for g in p.ring.gens]
     return Poly.of(
-        (_normal((a, s * e) for (a, s), e in zip(images, m, strict=True)), QQ_I.convert(c)) for m, c in p.terms()
+        (_normal((a, s * e) for (a, s), e in zip(images, m, strict=True)), QQ_I.convert(c))
+        for m, c in p.terms()
     )
 
 

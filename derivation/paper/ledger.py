@@ -8,7 +8,7 @@ and by the balance laws, a condition by those of its end. It holds iff nothing i
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -16,9 +16,9 @@ from typing import Literal
 from derivation.paper.algebra import (
     Atom, I, Poly, atom, cleared, constant, exp, harmonic, poly, rational,
 )  # fmt: skip
-from derivation.paper.lower import Lowering, UndecidedError
+from derivation.paper.lower import Lowering, UndecidedError, UnfitError
 from derivation.paper.notation import Notation
-from derivation.paper.syntax import Apply, Equation, Prime, Relation, Sym, Tuple
+from derivation.paper.syntax import Apply, Equation, Node, Prime, Relation, Sym, Tuple, rebuild, walk
 from derivation.paper.theory import FIELDS, LOADS, STRAINS, STRESSES, VELOCITIES, Theory, normal_integrals
 
 Status = Literal["premise", "verified", "differs", "not decided"]
@@ -43,8 +43,87 @@ class Row:
 
 
 def ledger(equations: Iterable[Equation], notation: Notation, theory: Theory) -> list[Row]:
-    """Decide every equation."""
-    return [decide(e, notation, theory) for e in equations]
+    """Decide every equation, and see that the conditions of a display are complete."""
+    return list(_complete([decide(e, notation, theory) for e in equations], notation))
+
+
+#: Letters that occur side by side, in the order in which a list of conditions runs through them.
+FAMILIES = (
+    FIELDS, STRESSES, ("y_hat", "theta_hat"), ("Y", "Theta"), ("Psi_Y", "Psi_Theta"), ("X0", "X2"),
+    ("e1", "e2"), ("e1_free", "e2_free"),
+)  # fmt: skip
+
+
+def _complete(rows: list[Row], notation: Notation) -> Iterator[Row]:
+    """A list that says one thing twice leaves another out, and its conditions are of one order."""
+    displays: dict[tuple[str, int], list[Row]] = {}
+    for row in rows:
+        displays.setdefault((row.equation.label.rpartition(".")[0], row.equation.line), []).append(row)
+    for display in displays.values():
+        for k, row in enumerate(display):
+            fault = _repeats(k, display, notation) or _of_other_order(row, display)
+            if fault and row.status in ("premise", "verified"):
+                yield Row(row.equation, "differs", fault, poly(0))
+            else:
+                yield row
+
+
+def _said(row: Row) -> tuple[object, object]:
+    return row.equation.body, row.equation.place
+
+
+def _repeats(k: int, display: list[Row], notation: Notation) -> str:
+    """Of two equal rows the one is at fault that stands where the missing letter should."""
+    twins = [j for j, other in enumerate(display) if j != k and _said(other) == _said(display[k])]
+    if not twins:
+        return ""
+    subject = _subject(display[k], notation)
+    family = next((f for f in FAMILIES if subject in f), ())
+    masked = _masked(display[k], family, notation)
+    alike = [j for j, other in enumerate(display) if _masked(other, family, notation) == masked]
+    here = [_subject(display[j], notation) for j in alike]
+    anywhere = [_subject(r, notation) for r in display]
+    missing = [q for q in family if q not in anywhere] or [q for q in family if q not in here]
+    expected = [q for q in family if q in (*here, *missing[: len(twins)])]
+    if missing and expected[alike.index(k) % len(expected)] == subject:
+        return ""  # this one stands where it should; its twin does not
+    lacks = f", and none is there for {missing[0]}" if missing else ""
+    return f"says the same as {display[twins[0]].equation.label}{lacks}"
+
+
+def _masked(row: Row, family: tuple[str, ...], notation: Notation) -> tuple[object, object]:
+    """What a row says, the letters of a family not told apart."""
+
+    def mask(node: Node) -> Node:
+        if isinstance(node, Sym) and notation.quantity(node.name) in family:
+            return Sym("?", "", node.order)
+        return rebuild(node, mask)
+
+    return mask(row.equation.body), row.equation.place
+
+
+def _subject(row: Row, notation: Notation) -> str | None:
+    """The quantity of the first letter on the left."""
+    body = row.equation.body
+    letters = (s for s in walk(body.left) if isinstance(s, Sym)) if isinstance(body, Relation) else iter(())
+    return next((q for s in letters if (q := notation.quantity(s.name)) and q != "u"), None)
+
+
+def _of_other_order(row: Row, display: list[Row]) -> str:
+    """Conditions at an end of the rod that stand together are of one order."""
+    if row.equation.place is None:
+        return ""
+    orders = Counter(_highest(r) for r in display if r.equation.place is not None)
+    usual, times = orders.most_common(1)[0]
+    if _highest(row) != usual and times > orders[_highest(row)]:
+        return f"a condition of order {_highest(row)} among those of order {usual}"
+    return ""
+
+
+def _highest(row: Row) -> int:
+    return max(
+        (int(s.order) for s in walk(row.equation.body) if isinstance(s, Sym) and s.order.isdigit()), default=0
+    )
 
 
 def counts(rows: Iterable[Row]) -> dict[str, int]:
@@ -63,8 +142,10 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
             left = reduced(low, p)
             if left:
                 return Row(equation, "differs", "left minus right does not vanish", left)
-    except (UndecidedError, ZeroDivisionError) as why:
+    except UndecidedError as why:
         return Row(equation, "not decided", str(why), poly(0))
+    except (UnfitError, ZeroDivisionError) as why:
+        return Row(equation, "differs", str(why), poly(0))
     premise = premise_of(low)
     if premise:
         return Row(equation, "premise", premise, poly(0))
@@ -111,7 +192,13 @@ def states_solution(low: Lowering) -> bool:
     if not isinstance(body, Relation) or low.place is not None:
         return False
     head = body.left.fn if isinstance(body.left, Apply) else body.left
-    return isinstance(head, Sym) and bool(head.order) and low.notation.quantity(head.name) in FIELDS
+    right = {low.notation.quantity(s.name) for s in walk(body.right) if isinstance(s, Sym)}
+    return (
+        isinstance(head, Sym)
+        and bool(head.order)
+        and low.notation.quantity(head.name) in FIELDS
+        and not right & set(FIELDS)
+    )
 
 
 def order_of(low: Lowering) -> int:
@@ -154,6 +241,9 @@ def _unsaid(low: Lowering, p: Poly) -> Poly:
         powers.append(2)
     if powers:
         delta = Atom("constant", "Delta")
+        body = low.equation.body
+        if isinstance(body, Relation) and low.scalar(body.right).degree(delta) >= min(powers):
+            raise UnfitError("terms are printed that the remainder already holds")
         p = p.keep(lambda m: dict(m).get(delta, 0) < min(powers))
     return p
 

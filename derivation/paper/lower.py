@@ -49,6 +49,10 @@ class UndecidedError(Exception):
     """An expression has no meaning here; the message is the reason that the ledger gives."""
 
 
+class UnfitError(Exception):
+    """The letters are known, but they do not go together: a vector set equal to a number."""
+
+
 @dataclass
 class Lowering:
     """One equation on its way into the algebra.
@@ -80,10 +84,19 @@ class Lowering:
         """Letters with their dimensions: no scaled letter occurs, or a scaled letter is defined."""
         if any(order for _, order in self.quantities) or self.names & {"A", "xi", "Psi"}:
             return False
+        if "R_star" in self.names:
+            return False
         body = self.equation.body
-        defines = isinstance(body, Relation) and isinstance(body.left, Sym) and self._quantity(body.left)[0] in SCALED
-        rest = {self._quantity(s)[0] for s in walk(body.right) if isinstance(s, Sym)} if defines else self.names  # type: ignore[union-attr]
-        return any(q and q.endswith("_dim") for q in rest) and not set(SCALED) & {q for q in rest if q}
+        defines = (
+            isinstance(body, Relation)
+            and isinstance(body.left, Sym)
+            and self._quantity(body.left)[0] in SCALED
+        )
+        rest = (
+            {self._quantity(s)[0] for s in walk(body.right) if isinstance(s, Sym)} if defines else self.names
+        )  # type: ignore[union-attr]
+        measured = {q for q in rest if q and (q.endswith("_dim") or (q in UNITS and q not in ("u", "t")))}
+        return bool(measured) and not set(SCALED) & rest
 
     @cached_property
     def place(self) -> int | None:
@@ -151,7 +164,7 @@ class Lowering:
     def scalar(self, node: Node) -> Poly:
         value = self.value(node)
         if not isinstance(value, Poly):
-            raise UndecidedError("a vector where a number was expected")
+            raise UnfitError("a vector where a number was expected")
         return value
 
     def _num(self, n: Num) -> Poly:
@@ -179,7 +192,7 @@ class Lowering:
 
     def _rest(self, n: Rest) -> Poly:
         if n.kind == "cc":
-            raise UndecidedError("c.c. that is not a term of a sum")
+            raise UnfitError("c.c. that is not a term of a sum")
         self.left_out.add(n.kind)
         return poly(0)
 
@@ -210,7 +223,7 @@ class Lowering:
         found = [i for s in walk(n) if isinstance(s, Sym) for i in self._quantity(s)[1]]
         lone = [i for i in set(found) - set(self.free) if found.count(i) == 1]
         if lone:
-            raise UndecidedError(f"the index {lone[0]} stands once and is not on the left")
+            raise UnfitError(f"the index {lone[0]} stands once and is not on the left")
         return sorted({i for i in found if found.count(i) > 1 and i not in self.free})
 
     def _contraction(self, factors: list[Expr], summed: list[str]) -> Value:
@@ -222,11 +235,16 @@ class Lowering:
 
     def _leave_out(self, factors: list[Expr]) -> None:
         """O(x): terms of the degree of x in the detuning and more are dropped."""
-        rest = [self.scalar(f) for f in factors if not (isinstance(f, Sym) and self._quantity(f)[0] == "order")]
+        rest = [
+            self.scalar(f) for f in factors if not (isinstance(f, Sym) and self._quantity(f)[0] == "order")
+        ]
         total = poly(1)
         for p in rest:
             total = total * p
-        self.left_out.add(f"from {total.degree(Atom('constant', 'Delta'))}")
+        degree = total.degree(Atom("constant", "Delta"))
+        if len(total.terms) != 1 or not degree:
+            raise UnfitError("a remainder that is not a power of the distance from the threshold")
+        self.left_out.add(f"from {degree}")
 
     def _dot(self, n: Dot) -> Value:
         left, right = self.value(n.left), self.value(n.right)
@@ -243,9 +261,8 @@ class Lowering:
         m = _integer(exponent)
         if isinstance(n.base, Abs):
             inner = self.scalar(n.base.arg)
-            if m is None or m % 2 or m < 0:
-                raise UndecidedError("an odd power of a modulus")
-            return (inner * inner.conjugate()) ** (m // 2)
+            if m is not None and m % 2 == 0:
+                return (inner * inner.conjugate()) ** (m // 2)
         base = self.value(n.base)
         if m is None:
             if len(exponent.terms) == 1 and exponent * 2 == poly(1):
@@ -272,7 +289,8 @@ class Lowering:
         return tuple(tuple(value[j][i].conjugate() for j in range(len(value))) for i in range(len(value[0])))
 
     def _abs(self, n: Abs) -> Value:
-        raise UndecidedError("a modulus that is not squared")
+        inner = self.scalar(n.arg)
+        return atom(Atom("sqrt", arg=inner * inner.conjugate()))
 
     def _func(self, n: Func) -> Value:
         if n.name == "diag":
@@ -400,7 +418,10 @@ class Lowering:
             raise UndecidedError("an inner product with another weight")
         left, right = (_column(self.value(item)) for item in n.items)
         return integral(
-            sum((a.conjugate() * w * b for a, w, b in zip(left, self.theory.weights, right, strict=True)), poly(0))
+            sum(
+                (a.conjugate() * w * b for a, w, b in zip(left, self.theory.weights, right, strict=True)),
+                poly(0),
+            )
         )
 
     # Letters ---------------------------------------------------------------------------------------------
@@ -423,7 +444,7 @@ class Lowering:
         vector = self._vector(q)
         if vector is not None:
             return tuple((p,) for p in vector) if isinstance(vector[0], Poly) else vector  # type: ignore[return-value]
-        raise UndecidedError(f"{s.name} has no meaning on its own")
+        raise UnfitError(f"{s.name} has no meaning on its own")
 
     def _of_order(self, q: str, s: Sym) -> Value:
         n = int(s.order) if s.order.isdigit() else self.indices.get(s.order)
@@ -436,16 +457,18 @@ class Lowering:
             return constant(f"any_{n}")
         values = [self.theory.of_order(c, n, transformed=hatted) for c in components]
         if any(v is None for v in values):
-            raise UndecidedError(f"{s.name} has no order {n}")
+            raise UnfitError(f"{s.name} has no order {n}")
         return values[0] if q in components else tuple((v,) for v in values)  # type: ignore[return-value]
 
     def _component(self, q: str, s: Sym, index: tuple[str, ...]) -> Poly:
+        if not set(index) <= set(self.indices):
+            raise UnfitError(f"an index of {s.base} stands once and is not on the left")
         places = [self.indices[i] for i in index]
         array = self._vector(q)
         try:
             return array[places[0]] if q == "xi" else array[places[0]][places[1]]  # type: ignore[index,return-value]
         except (IndexError, TypeError):
-            raise UndecidedError(f"{s.base} has another number of indices") from None
+            raise UnfitError(f"{s.base} has another number of indices") from None
 
     def _measured(self, q: str) -> Value:
         """Letters that have dimensions: fields and parameters before scaling."""
@@ -479,9 +502,8 @@ class Lowering:
     def _force(self) -> Poly:
         """The force: the critical one, plus epsilon^2 Delta where the equation tells the two apart."""
         shift = constant("epsilon") ** 2 * constant("Delta")
-        return constant("force") + shift if self.names & {"force", "force_dim"} and "force_c" in self.names else (
-            constant("force")
-        )  # fmt: skip
+        tells = self.names & {"force", "force_dim"} and self.names & {"force_c", "lambda"}
+        return constant("force") + (shift if tells else 0)
 
     def _scale(self, q: str) -> Poly:
         if not self.dimensional or q not in UNITS:
@@ -556,11 +578,15 @@ def _alike(left: Value, right: Value) -> tuple[list[Poly], list[Poly]]:
     if a is None or b is None:
         lone = left if a is None else right
         if lone != poly(0):
-            raise UndecidedError("a vector set equal to a number")
+            raise UnfitError("a vector set equal to a number")
         return a or [poly(0)] * len(b or []), b or [poly(0)] * len(a or [])
     if len(a) != len(b):
-        raise UndecidedError("vectors of different length")
+        raise UnfitError("vectors of different length")
     return a, b
+
+
+def _shape(array: Array) -> tuple[int, int]:
+    return len(array), len(array[0])
 
 
 def _each(value: Value, f: Callable[[Poly], Poly]) -> Value:
@@ -578,8 +604,8 @@ def _add(left: Value, right: Value) -> Value:
         return right
     if isinstance(left, Poly) and isinstance(right, Poly):
         return left + right
-    if isinstance(left, Poly) or isinstance(right, Poly) or len(left) != len(right):
-        raise UndecidedError("a sum of a number and a vector")
+    if isinstance(left, Poly) or isinstance(right, Poly) or _shape(left) != _shape(right):
+        raise UnfitError("a sum of a number and a vector")
     return tuple(tuple(a + b for a, b in zip(r, s, strict=True)) for r, s in zip(left, right, strict=True))
 
 
@@ -592,10 +618,11 @@ def _times(left: Value, right: Value) -> Value:
     if isinstance(right, Poly):
         return _each(left, lambda p: _acted(p, right))
     if len(left[0]) != len(right):
-        raise UndecidedError("a product of arrays that do not fit")
+        raise UnfitError("a product of arrays that do not fit")
     rows = tuple(
         tuple(
-            sum((_acted(row[k], right[k][j]) for k in range(len(right))), poly(0)) for j in range(len(right[0]))
+            sum((_acted(row[k], right[k][j]) for k in range(len(right))), poly(0))
+            for j in range(len(right[0]))
         )
         for row in left
     )
@@ -631,11 +658,11 @@ def _integer(p: Poly) -> int | None:
 
 def _column(value: Value) -> list[Poly]:
     if isinstance(value, Poly) or len(value) != 3 or len(value[0]) != 1:
-        raise UndecidedError("an inner product of something other than vectors of three")
+        raise UnfitError("an inner product of something other than vectors of three")
     return [row[0] for row in value]
 
 
 def _diagonal_power(array: Array, n: int) -> Array:
     if any(p for i, row in enumerate(array) for j, p in enumerate(row) if i != j):
-        raise UndecidedError("a power of a matrix that is not diagonal")
+        raise UnfitError("a power of a matrix that is not diagonal")
     return tuple(tuple(p**n if i == j else p for j, p in enumerate(row)) for i, row in enumerate(array))

@@ -325,8 +325,12 @@ class _Builder(Transformer[Token, Any]):
 def _mentions(node: Any, letters: tuple[str, ...]) -> bool:
     """Whether one of the letters occurs, other than as the variable of a derivative or an integral."""
     if isinstance(node, (Diff, Int, _Op)):
-        return node.arg is not None and _mentions(node.arg, letters) if isinstance(node, (Diff, Int)) else False
-    return (isinstance(node, Sym) and node.name in letters) or any(_mentions(c, letters) for c in children(node))
+        return (
+            node.arg is not None and _mentions(node.arg, letters) if isinstance(node, (Diff, Int)) else False
+        )
+    return (isinstance(node, Sym) and node.name in letters) or any(
+        _mentions(c, letters) for c in children(node)
+    )
 
 
 def _script(node: Any, kind: str, value: Any) -> Any:

@@ -151,7 +151,9 @@ class Theory:
         found = []
         for f, row in zip(FIELDS, self.d.hierarchy[1].linear, strict=True):
             rate = Atom("field", f, 1, tau=1)
-            found.append(Poly.of((m - {(rate, 1)}, c) for m, c in from_ring(row).terms.items() if (rate, 1) in m))
+            found.append(
+                Poly.of((m - {(rate, 1)}, c) for m, c in from_ring(row).terms.items() if (rate, 1) in m)
+            )
         return tuple(found)
 
     @cached_property
@@ -180,7 +182,9 @@ class Theory:
     def stress_law(self) -> Vector:
         """(F1, F2, M) = grad W in the exact strains."""
         ring = jet_ring([*STRAINS, "k1", "k2", "gamma1", "gamma3", "force"])
-        return tuple(from_ring(from_expr(self.d.model.energy.diff(symbol(q)).expand(), ring)) for q in STRAINS)
+        return tuple(
+            from_ring(from_expr(self.d.model.energy.diff(symbol(q)).expand(), ring)) for q in STRAINS
+        )
 
     @cached_property
     def energy(self) -> Poly:
@@ -203,7 +207,9 @@ class Theory:
 
     def kinematics(self, quantity: str) -> Poly:
         """An exact strain or velocity in x, y, theta."""
-        table = dict(zip((*STRAINS, *VELOCITIES), (*self.d.exact.strains, *self.d.exact.velocities), strict=True))
+        table = dict(
+            zip((*STRAINS, *VELOCITIES), (*self.d.exact.strains, *self.d.exact.velocities), strict=True)
+        )
         return from_ring(table[quantity])
 
     @cached_property
@@ -218,7 +224,10 @@ class Theory:
         Raises:
             ArithmeticError: if they are not.
         """
-        slope = self.by_force(from_ring(self.d.adjoint.primal[0])), self.by_force(from_ring(self.d.adjoint.primal[1]))
+        slope = (
+            self.by_force(from_ring(self.d.adjoint.primal[0])),
+            self.by_force(from_ring(self.d.adjoint.primal[1])),
+        )
         psi = [atom(Atom("shape", s, bar=True)) for s in ("Psi_Y", "Psi_Theta")]
         bulk = sum((p * row for p, row in zip(psi, slope, strict=True)), poly(0))
         theta = atom(Atom("shape", "Theta", place=1))
@@ -314,7 +323,9 @@ class Theory:
         names = (*STRAINS, *VELOCITIES, *STRESSES)
         h1, h2, bend, _, _, _, f1, f2, _ = (atom(Atom("exact", q)) for q in names)
         turning = (bend * f2, -bend * f1, h2 * f1 - h1 * f2)
-        rules = {Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag_exact, turning, strict=True)}
+        rules = {
+            Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag_exact, turning, strict=True)
+        }
         rules |= {Atom("exact", f, place=1): load for f, load in zip(STRESSES, self.tip_load, strict=True)}
         rules |= {Atom("exact", f, place=0): poly(0) for f in FIELDS}
         stress = {Atom("exact", f): _exact(law) for f, law in zip(STRESSES, self.stress_law, strict=True)}
@@ -341,6 +352,12 @@ class Theory:
     def by_equations(self, p: Poly) -> Poly:
         """Modulo the balance laws, the equations of the modes, and the conditions at the ends."""
         return p.rewrite(lambda a: self._shape_meaning(a, self.shapes)).rewrite(self._rule)
+
+    def by_lower_orders(self, p: Poly, n: int) -> Poly:
+        """Modulo the conditions at the ends of orders below n."""
+        return p.rewrite(
+            lambda a: self._rule(a) if a.kind == "field" and a.order < n and a.place is not None else None
+        )
 
     def _rule(self, a: Atom) -> Poly | None:
         if a.kind not in ("field", "shape"):
@@ -383,16 +400,16 @@ class Theory:
 
 def _exact(p: Poly) -> Poly:
     """Strains and velocities of a law as the exact quantities."""
-    return p.map(
-        lambda a: atom(Atom("exact", a.name)) if a.name in (*STRAINS, *VELOCITIES) else None
-    )
+    return p.map(lambda a: atom(Atom("exact", a.name)) if a.name in (*STRAINS, *VELOCITIES) else None)
 
 
 def integral(p: Poly) -> Poly:
     """int_0^1 p du as a sum of constants times integrals of single products: linear, hence decidable."""
     total = []
     for m, c in p.terms.items():
-        inside = frozenset((a, e) for a, e in m if a == U or a.kind in ("shape", "field", "exact") and a.place is None)
+        inside = frozenset(
+            (a, e) for a, e in m if a == U or a.kind in ("shape", "field", "exact") and a.place is None
+        )
         unit = Poly({inside: QQ_I.one})
         total += (Poly({m - inside: c}) * atom(Atom("integral", arg=unit))).terms.items()
     return Poly.of(total)

@@ -1,0 +1,78 @@
+"""Does the ledger see errors? Every decidable equation is edited as people err, and the ledger must notice.
+
+An edit is *equivalent* when it leaves the statement as it was: modulo the conditions of lower orders, the new
+left minus right is a constant times the old one or its conjugate. All others change the meaning and must be reported on the edited row and on no
+other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from derivation.paper.algebra import Poly
+from derivation.paper.edits import edits
+from derivation.paper.ledger import Row, ledger, order_of
+from derivation.paper.lower import Lowering, UndecidedError, UnfitError
+from derivation.paper.notation import Notation
+from derivation.paper.syntax import Equation, Tuple
+from derivation.paper.theory import Theory
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One edit and what became of it: ``reported``, ``equivalent`` or ``missed``; the row as decided."""
+
+    label: str
+    kind: str
+    equation: Equation
+    outcome: str
+    row: Row
+
+
+def mutants(equations: Iterable[Equation], notation: Notation, theory: Theory) -> Iterator[Mutant]:
+    """All edits of all decidable equations, each decided in the display that it stands in."""
+    displays: dict[tuple[str, int], list[Equation]] = {}
+    for e in equations:
+        displays.setdefault((e.label.rpartition(".")[0], e.line), []).append(e)
+    for display in displays.values():
+        for k, equation in enumerate(display):
+            if isinstance(equation.body, Tuple):
+                continue  # states nothing
+            before = statement(equation, notation, theory)
+            for kind, edited in edits(equation, notation):
+                rows = ledger([*display[:k], edited, *display[k + 1 :]], notation, theory)
+                others = [r for j, r in enumerate(rows) if j != k and r.status == "differs"]
+                if rows[k].status == "differs" and not others:
+                    outcome = "reported"
+                elif not others and same(before, statement(edited, notation, theory)):
+                    outcome = "equivalent"
+                else:
+                    outcome = "missed"
+                yield Mutant(equation.label, kind, edited, outcome, rows[k])
+
+
+def statement(equation: Equation, notation: Notation, theory: Theory) -> list[Poly] | None:
+    """Left minus right modulo the conditions of lower orders; None when it has no meaning."""
+    low = Lowering(equation, notation, theory)
+    try:
+        return [theory.by_lower_orders(p, order_of(low)) for p in low.differences()]
+    except (UndecidedError, UnfitError, ZeroDivisionError):
+        return None
+
+
+def same(one: list[Poly] | None, two: list[Poly] | None) -> bool:
+    """Whether two statements are constant multiples of each other, or of each other's conjugate."""
+    if one is None or two is None or len(one) != len(two):
+        return False
+    return all(_proportional(p, q) or _proportional(p, q.conjugate()) for p, q in zip(one, two, strict=True))
+
+
+def _proportional(p: Poly, q: Poly) -> bool:
+    if set(p.terms) != set(q.terms):
+        return False
+    ratios = {q.terms[m] / c for m, c in p.terms.items()}
+    return len(ratios) <= 1
+
+
+__all__ = ["Mutant", "mutants"]

@@ -100,7 +100,7 @@ class AngleForm:
         omega = (pi_u + h1 * F2 - h2 * F1) / gamma3
 
         d, dd = self.inner[:, :n].T, self.inner[:, n:].T
-        # rows of ∂v1, ∂v2, ∂Ω by (ξ, η, θ); a[:, None] * d is the field a times the derivative of the variation
+        # ∂v1, ∂v2, ∂Ω by (ξ, η, θ); a[:, None] * d is the field a times the derivative of the variation
         v1_xi, v1_eta, v1_theta = (
             k1 / gamma1 * dd,
             (-k2 / gamma1 * pi)[:, None] * d,
@@ -142,7 +142,7 @@ class AngleForm:
         return x[..., -1], y[..., -1], theta[..., -1]
 
     def state(self, h1: Array, h2: Array, theta: Array) -> Array:
-        """The state with these strains and this angle at all nodes, (…, N+1) each; the tip follows from the load."""
+        """The state with these strains and angle at the nodes, (…, N+1) each; the tip follows the load."""
         xi, eta = (h1 - self.nu) @ self.up.T, h2 @ self.up.T
         return np.concatenate([xi[..., 1:-1], eta[..., 1:-1], theta[..., 1:-1]], axis=-1)
 
@@ -159,7 +159,7 @@ class AngleForm:
         return float((series[..., -3:].max(axis=(0, 2)) / np.where(size > 0, size, 1.0)).max())
 
     def _closed(self, field: Array) -> Array:
-        """Inner values -> values at all nodes of a field that is 0 at the clamp and has no slope at the tip."""
+        """Inner values -> values at all nodes: 0 at the clamp, no slope at the tip."""
         tip = field @ self.tip_row
         return np.concatenate([np.zeros_like(tip)[..., None], field, tip[..., None]], axis=-1)
 

@@ -17,7 +17,7 @@ from typer.core import TyperGroup
 
 from rodwnl.errors import ComputationError, InputError
 
-COMMANDS = ("hopf", "landau", "predict", "reproduce", "derive")  # in the order that --help lists them
+COMMANDS = ("hopf", "landau", "predict", "simulate", "reproduce", "derive")  # as --help lists them
 
 
 class LazyCommands(TyperGroup):

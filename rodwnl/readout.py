@@ -17,10 +17,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 State = Literal["settled", "decayed", "not finished"]
 
-SETTLED = 1e-3  # relative change of A from the third to the last quarter below which a signal has settled
-DECAYED = (
-    1e-3  # A in the last quarter, relative to the largest value, below which a falling signal has decayed
-)
+SETTLED = 1e-3  # change of A from the third to the last quarter, relative, below which it has settled
+DECAYED = 1e-6  # A in the last quarter, in the signal's unit, below which only noise is left
 FEWEST_PERIODS = 4  # in a quarter of the signal, for its frequency to be read
 REACH = 3  # samples on either side of an extremum that its polynomial goes through
 
@@ -29,10 +27,10 @@ REACH = 3  # samples on either side of an extremum that its polynomial goes thro
 class Reading:
     """What a signal says about its oscillation, in the units of the signal and of its time.
 
-    A_tip, omega: from the second half; None where the signal does not oscillate there, omega also where it is too
-    short. *_error: the difference between the third and the last quarter, which is what has not settled, plus that
-    between two ways to interpolate or to window; not the error of the integration behind the signal. growth:
-    relative rate of change of the amplitude between these quarters (0 where there is none).
+    A_tip, omega: from the second half; None where the signal does not oscillate there, omega also where
+    that is too short. *_error: the difference between the third and the last quarter, which is what has not
+    settled, plus that between two ways to interpolate or to window; not the error of the integration behind
+    the signal. growth: rate of the amplitude's change between these quarters, d ln A/dt; None as A_tip.
     """
 
     state: State
@@ -40,18 +38,17 @@ class Reading:
     A_tip_error: float | None
     omega: float | None
     omega_error: float | None
-    growth: float
+    growth: float | None
 
 
 def read(time: Array, signal: Array) -> Reading:
-    """Amplitude and frequency of `signal` (m,), sampled uniformly at `time` (m,), in the second half of the time."""
+    """The oscillation of `signal` (m,), sampled uniformly at `time` (m,), in its second half."""
     half, quarter = time.size // 2, time.size // 4
     late_time, late = time[half:], signal[half:]
-    if (A := amplitude(late)) is None:
-        return Reading("not finished", None, None, None, None, 0.0)
-    third, last = amplitude(late[:quarter]), amplitude(late[quarter:])
-    if third is None or last is None:
-        return Reading("not finished", A, None, None, None, 0.0)
+    decayed = np.abs(late[quarter:] - late[quarter:].mean()).max() < DECAYED
+    A, third, last = amplitude(late), amplitude(late[:quarter]), amplitude(late[quarter:])
+    if A is None or third is None or last is None:
+        return Reading("decayed" if decayed else "not finished", None, None, None, None, None)
     interpolation = abs(A - (amplitude(late, REACH - 1) or A))
     growth = float(np.log(last / third) / (late_time[quarter] - late_time[0]))
 
@@ -64,8 +61,8 @@ def read(time: Array, signal: Array) -> Reading:
         )
         omega_error = abs(second - first) + abs(frequency(late_time, late, 2) - omega)
     state: State = "not finished"
-    if last < DECAYED * np.abs(signal).max() and growth < 0:
-        state = "decayed"
+    if decayed:
+        state, omega, omega_error = "decayed", None, None
     elif abs(last - third) < SETTLED * last:
         state = "settled"
     return Reading(state, A, abs(last - third) + interpolation, omega, omega_error, growth)
@@ -82,8 +79,8 @@ def amplitude(signal: Array, reach: int = REACH) -> float | None:
 def extrema(signal: Array, reach: int = REACH) -> Array:
     """Values of a uniformly sampled signal at its turning points, between the samples.
 
-    Each is the extremum of the polynomial of degree 2·reach through the samples around a turn: its error falls
-    like the sampling step to the power 2·reach + 1. Turns nearer to an end than `reach` are left out.
+    Each is the extremum of the polynomial of degree 2·reach through the samples around a turn: its error
+    falls like the sampling step to the power 2·reach + 1. Turns nearer to an end than `reach` are left out.
     """
     turns = _turns(signal)
     turns = turns[(turns >= reach) & (turns < signal.size - reach)]
@@ -102,7 +99,8 @@ def extrema(signal: Array, reach: int = REACH) -> Array:
 def frequency(time: Array, signal: Array, power: int = 1) -> float:
     """Angular frequency at the highest peak of the spectrum under a Hann window (to this power), at ω > 0.
 
-    The peak is where d|S|²/dω = 2 Re(S* S') = 0 for S(ω) = Σ w y e^{−iωt}, within a bin of the discrete one.
+    The peak is where d|S|²/dω = 2 Re(S* S') = 0 for S(ω) = Σ w y e^{−iωt}, found within a bin of the
+    discrete spectrum's largest value.
     """
     from scipy.optimize import brentq
 
@@ -110,13 +108,17 @@ def frequency(time: Array, signal: Array, power: int = 1) -> float:
     weighted = np.hanning(t.size + 2)[1:-1] ** power * (signal - signal.mean())
     bins = np.abs(np.fft.rfft(weighted))
     bin_width = 2 * np.pi / (t[1] - t[0]) / t.size
-    peak = (1 + int(bins[1:-1].argmax())) * bin_width
+
+    def spectrum(omega: float) -> complex:
+        return complex((weighted * np.exp(-1j * omega * t)).sum())
 
     def slope(omega: float) -> float:
         wave = weighted * np.exp(-1j * omega * t)
         return float((np.conj(wave.sum()) * (-1j * t * wave).sum()).real)
 
-    return float(brentq(slope, peak - bin_width, peak + bin_width, xtol=1e-14 * peak, rtol=1e-14))
+    near = (1 + int(bins[1:-1].argmax()) + np.linspace(-1, 1, 9)) * bin_width
+    peak = 1 + int(np.abs([spectrum(omega) for omega in near[1:-1]]).argmax())
+    return float(brentq(slope, near[peak - 1], near[peak + 1], rtol=1e-14))
 
 
 def _turns(signal: Array) -> NDArray[np.intp]:

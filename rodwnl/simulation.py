@@ -1,7 +1,7 @@
-"""The full nonlinear rod in time, from the compressed straight rod with a small perturbation (paper: sec:numerics).
+"""The full nonlinear rod in time, from the compressed straight rod, slightly perturbed (paper: sec:numerics).
 
-The equations are those of `angleform`; SUNDIALS' CVODE integrates them with their exact Jacobian. Measured at equal
-accuracy in A_tip on these equations it needs a third of the time of SciPy's BDF (benchmarks/integrators.py).
+The equations are those of `angleform`; SUNDIALS' CVODE integrates them with their exact Jacobian. It was
+chosen by measurement at equal accuracy in A_tip (benchmarks/integrators.py).
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DEGREES = (16, 24, 32, 48, 64)  # what `nodes="auto"` tries; more would only add round-off
+FEWEST_NODES, MOST_NODES = 8, 128
 RESOLVED = 1e-6  # relative size of the last Chebyshev coefficients with which a grid is fine enough
 SAMPLES_PER_PERIOD = 32
 FRAMES = 256  # the last samples, for which the whole shape is kept
@@ -44,11 +45,11 @@ Progress = Callable[[float], None]
 class Simulation:
     """One run. Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
-    time, tip_x, tip_y, tip_theta (m,): uniform samples. frame_time (k,), x, y, theta, axial_force (k, N+1) at nodes
-    (N+1,): the shapes at the last samples. complete: False where the run was interrupted. tail: relative size of the
-    last Chebyshev coefficients. tip_residual: how well x' = ν cosθ, y' = ν sinθ, θ' = 0 hold at the tip, relative.
-    resolved: whether the grid was fine enough. evaluations: of the right-hand side and of its Jacobian. seconds: of
-    the whole computation.
+    time, tip_x, tip_y, tip_theta (m,): uniform samples. frame_time (k,), x, y, theta, axial_force (k, N+1)
+    at nodes (N+1,): the shapes at the last samples. complete: False where the run was interrupted. tail:
+    relative size of the last Chebyshev coefficients. tip_residual: the largest of |x' − ν cosθ|,
+    |y' − ν sinθ|, |θ'| at the tip, by differentiating the shapes. evaluations: of the right-hand side and of
+    its Jacobian. seconds: of the whole computation.
     """
 
     rod: RodParameters
@@ -73,6 +74,7 @@ class Simulation:
 
     @property
     def resolved(self) -> bool:
+        """Whether the grid was fine enough."""
         return self.tail <= RESOLVED
 
     @cached_property
@@ -92,17 +94,16 @@ def simulate(
 ) -> Simulation:
     """Integrate the exact equations from t = 0 to `time`.
 
-    force: 0 < F < k1. perturbation: amplitude of the sines added to y (in L) and θ. nodes: intervals of the Chebyshev
-    grid; "auto" refines it until the spectrum of the shapes has decayed. rtol: tolerance of the integrator; the
-    default leaves about 3e-6 in A_tip. progress: called with the part of the run that is done.
+    force: 0 < F < k1. perturbation: amplitude of the sines added to y (in L) and θ. nodes: intervals of the
+    Chebyshev grid; "auto" refines it until the spectrum of the shapes has decayed. rtol: tolerance of the
+    integrator; the default left an error of 5e-7 in A_tip at force 38 (k1 = k2 = 1e4, gamma3 = 1e-4).
+    progress: called with the part of the run that is done.
 
     An interrupt (Ctrl-C) ends the run early, and what was computed is returned with complete = False. Raises
     InputError for values outside these ranges and ComputationError where the integrator gives up.
     """
     started = clock.perf_counter()
-    F = float(rod.checked_force(force))
-    if F <= 0:
-        raise InputError(f"force is {force}, but a simulation needs a follower force: 0 < force < k1")
+    F = _checked_force(rod, force)
     duration, epsilon = float(positive("time", time)), float(exact("perturbation", perturbation))
     if not 1e-13 <= rtol <= 1e-3:
         raise InputError(f"rtol is {rtol}, but it must lie between 1e-13 and 1e-3")
@@ -125,9 +126,9 @@ def perturbed(form: AngleForm, epsilon: float) -> Array:
 
 
 def sampling_step(form: AngleForm, duration: float) -> float:
-    """Time between samples: a fraction of the period of the straight rod's leading oscillation, dividing `duration`.
+    """Time between samples: divides `duration` and samples the straight rod's leading oscillation well.
 
-    Where nothing oscillates, of the time in which the leading mode decays.
+    Where nothing oscillates, the rate at which the leading mode decays stands for the frequency.
     """
     eigenvalues = np.linalg.eigvals(form.jacobian(np.zeros(form.size)))
     oscillating = eigenvalues[eigenvalues.imag > 0]
@@ -137,10 +138,24 @@ def sampling_step(form: AngleForm, duration: float) -> float:
     )
     if samples > MOST_SAMPLES:
         raise InputError(
-            f"time is {duration:g}: {samples} samples ({SAMPLES_PER_PERIOD} a period at frequency {abs(leading):.4g}) "
-            f"would be needed, and at most {MOST_SAMPLES} are kept; simulate a shorter time"
+            f"time is {duration:g}, which takes {samples} samples ({SAMPLES_PER_PERIOD} a period at "
+            f"frequency {abs(leading):.4g}), but at most {MOST_SAMPLES} are kept; simulate a shorter time"
         )
     return duration / samples
+
+
+def expected_size(rod: RodParameters, force: Number, time: Number) -> int:
+    """Bytes of the file that a run at this force will need, at most."""
+    duration = float(positive("time", time))
+    step = sampling_step(angle_form(rod, _checked_force(rod, force), DEGREES[0]), duration)
+    return 8 * (4 * round(duration / step) + 4 * FRAMES * (MOST_NODES + 1)) + 100_000
+
+
+def _checked_force(rod: RodParameters, force: Number) -> float:
+    F = float(rod.checked_force(force))
+    if F > 0:
+        return F
+    raise InputError(f"force is {force}, but a simulation needs a follower force: 0 < force < k1")
 
 
 def _checked_nodes(nodes: int) -> int:
@@ -165,9 +180,10 @@ class _Run:
         self.tail, self.complete, self.evaluations = 0.0, True, (0, 0)
 
     def integrate(self, q: Array, progress: Progress | None) -> bool:
-        """Run to the end or to an interrupt; False where the grid turned out too coarse (the limit of the tail)."""
+        """Run to the end or to an interrupt; False once the tail passes its limit: the grid is too coarse."""
         self._keep(q, last=True)
-        with require("threadpoolctl", "simulate").threadpool_limits(1):
+        one_thread = require("threadpoolctl", "simulate").threadpool_limits(1)
+        with one_thread, np.errstate(over="ignore", invalid="ignore"):  # the integrator notices
             solver = self._solver(q)
             try:
                 for index in range(1, self.samples):
@@ -209,8 +225,8 @@ class _Run:
 
     def _failure(self, time: float, reason: str) -> str:
         return (
-            f"the integrator gave up at t = {time:.3g} of {(self.samples - 1) * self.step:g}: {reason.rstrip('.')}. "
-            "A smaller perturbation, a larger rtol or more nodes may help"
+            f"the integrator gave up at t = {time:.3g} of {(self.samples - 1) * self.step:g} "
+            f"({reason.rstrip('.')}). A smaller perturbation, a larger rtol or more nodes may help"
         )
 
     def _keep(self, q: Array, last: bool) -> None:
@@ -232,27 +248,41 @@ class _Run:
 
     def result(self, rod: RodParameters, epsilon: float, seconds: float) -> Simulation:
         tip = np.concatenate(self.tips, axis=1)
-        time = self.step * np.arange(tip.shape[1])
+        time = np.arange(tip.shape[1]) * np.float64(self.step)
         x, y, theta, axial_force = self.form.fields(self.states)
         return Simulation(
-            rod, self.form.force, epsilon, self.rtol, time, *tip, time[-len(self.states) :], self.form.nodes,
-            x, y, theta, axial_force, self.complete, self.tail,
-            tip_residual=_tip_residual(self.form, x, y, theta), evaluations=self.evaluations, seconds=seconds,
-        )  # fmt: skip
+            rod=rod,
+            force=self.form.force,
+            perturbation=epsilon,
+            rtol=self.rtol,
+            time=time,
+            tip_x=tip[0],
+            tip_y=tip[1],
+            tip_theta=tip[2],
+            frame_time=time[-len(self.states) :],
+            nodes=self.form.nodes,
+            x=x,
+            y=y,
+            theta=theta,
+            axial_force=axial_force,
+            complete=self.complete,
+            tail=self.tail,
+            tip_residual=_tip_residual(self.form, x, y, theta),
+            evaluations=self.evaluations,
+            seconds=seconds,
+        )
 
 
 def _tip_residual(form: AngleForm, x: Array, y: Array, theta: Array) -> float:
-    """max |x' − ν cosθ|, |y' − ν sinθ|, |θ'| at u = 1 by differentiating the shapes, over the largest |θ'| of the rod."""
-    first = chebyshev(form.nodes.size - 1).first
-    end, tip = first[-1], theta[:, -1]
+    """How well x' = ν cosθ, y' = ν sinθ, θ' = 0 hold at u = 1 (eq:follower), from the shapes."""
+    end, tip = chebyshev(form.nodes.size - 1).first[-1], theta[:, -1]
     residuals = (x @ end - form.nu * np.cos(tip), y @ end - form.nu * np.sin(tip), theta @ end)
-    size = max(float(np.abs(theta @ first.T).max()), 1e-300)
-    return max(float(np.abs(r).max()) for r in residuals) / size
+    return max(float(np.abs(r).max()) for r in residuals)
 
 
 def to_dataset(run: Simulation) -> xarray.Dataset:
     """The run with names, units and everything that is needed to repeat it."""
-    xr = require("xarray", "simulate")
+    xr: Any = require("xarray", "simulate")
     reading = run.reading
     read_values = {
         name: value
@@ -265,7 +295,7 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
         return (dims, values, {"units": units, "long_name": long_name})
 
     frame = ("frame", "node")
-    return xr.Dataset(
+    dataset: xarray.Dataset = xr.Dataset(
         {
             "tip_x": variable(("time",), run.tip_x, length, "x at the tip"),
             "tip_y": variable(("time",), run.tip_y, length, "y at the tip"),
@@ -298,3 +328,4 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             **read_values,
         },
     )
+    return dataset

@@ -11,19 +11,19 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from rodwnl.errors import InputError
 
 if TYPE_CHECKING:
     import xarray
 
-ENGINE = "h5netcdf"
+ENGINE: Literal["h5netcdf"] = "h5netcdf"
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path`; what stands there afterwards replaces `path`, unless the body raised."""
+    """A temporary name beside `path`; its file then replaces `path`, unless the body raised."""
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
@@ -56,7 +56,7 @@ def require_writable(path: Path, size: int = 0) -> None:
 def save(dataset: xarray.Dataset, path: Path) -> None:
     """Write a dataset as netCDF 4. Raises OSError where the disk refuses; then nothing stands at `path`."""
     with replacing(path) as temporary:
-        dataset.to_netcdf(temporary, engine=ENGINE)
+        dataset.to_netcdf(os.fspath(temporary), engine=ENGINE)
 
 
 def load(path: Path) -> xarray.Dataset:
@@ -66,7 +66,8 @@ def load(path: Path) -> xarray.Dataset:
         raise InputError(f"there is no file {path}")
     try:
         with xr.open_dataset(path, engine=ENGINE) as dataset:
-            return dataset.load()  # type: ignore[no-any-return]
+            loaded: xarray.Dataset = dataset.load()
+            return loaded
     except (OSError, ValueError, KeyError, RuntimeError):
         raise InputError(
             f"{path} is not a netCDF file that can be read; `rodwnl simulate --out` writes one"

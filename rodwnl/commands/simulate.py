@@ -1,0 +1,198 @@
+"""`rodwnl simulate`: the full nonlinear rod in time, and what its tip does in the end."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rodwnl.errors import InputError
+from rodwnl.options import Json, read_force, takes_rod
+from rodwnl.output import print_json, print_table
+from rodwnl.parameters import RodParameters, decimal_text, positive
+from rodwnl.report import cell, heading, rod_document, rod_sentence, with_unit
+
+if TYPE_CHECKING:
+    from rodwnl.readout import Reading
+    from rodwnl.simulation import Progress, Simulation
+
+INTERRUPTED = 130
+
+
+@takes_rod
+def command(
+    rod: RodParameters,
+    force: Annotated[str, typer.Option(metavar="F", help="The follower force, 0 < F < k1.")],
+    time: Annotated[str, typer.Option(metavar="T", help="How long to simulate.")] = "5",
+    perturbation: Annotated[
+        str, typer.Option(metavar="E", help="Size of the first sine in y (in L) and in the angle.")
+    ] = "1e-2",
+    nodes: Annotated[str, typer.Option(metavar="N", help="Chebyshev intervals along the rod.")] = "auto",
+    rtol: Annotated[str, typer.Option(metavar="R", help="Tolerance of the integrator.")] = "1e-8",
+    reduced: Annotated[bool, typer.Option("--reduced", help="The amplitude equation beside it.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Again with twice the time, and with a finer grid and tolerance.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Write the run as netCDF.")] = None,
+    animate: Annotated[
+        Path | None, typer.Option(metavar="FILE.gif|mp4", help="Draw the last beats as a film.")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Integrate the exact equations of the rod and read amplitude and frequency of its tip.
+
+    The rod starts compressed and straight with a small sinusoidal perturbation. As in the paper, the
+    amplitude is half the peak-to-peak of the tip in the second half of the run, and the frequency the peak of
+    its spectrum. Ctrl-C ends the run early; what was computed is still read and written.
+    """
+    from rodwnl.simulation import expected_size, simulate
+
+    exact = read_force(rod, "force", force)
+    duration = positive("time", time) / (rod.scales.time if rod.scales else 1)
+    chosen = _nodes(nodes)
+    tolerance = float(positive("rtol", rtol))
+    _require_writable(out, animate, expected_size(rod, exact, duration))
+    with _progress("simulating") as progress:
+        run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)
+    if out is not None:
+        from rodwnl.simulation import to_dataset
+        from rodwnl.storage import save
+
+        save(to_dataset(run), out)
+    if animate is not None:
+        from rodwnl.animation import film
+
+        film(run, animate)
+    readings = {"full rod": run.reading}
+    if reduced:
+        readings["reduced model"] = _reduced(run)
+    if check and run.complete:
+        again: dict[str, dict[str, Any]] = {
+            "twice the time": {"time": 2 * duration},
+            "finer": {"nodes": min(128, 3 * (run.nodes.size - 1) // 2), "rtol": tolerance / 10},
+        }
+        usual = {"time": duration, "perturbation": perturbation, "nodes": chosen, "rtol": tolerance}
+        for name, changed in again.items():
+            with _progress(name) as progress:
+                readings[name] = simulate(rod, exact, **{**usual, **changed}, progress=progress).reading
+    if json:
+        print_json(_document(run, exact, readings))
+    else:
+        _print(run, exact, readings)
+    return 0 if run.complete else INTERRUPTED
+
+
+def _nodes(text: str) -> Any:
+    if text == "auto":
+        return text
+    if text.isascii() and text.isdigit():
+        return int(text)
+    raise InputError(f"nodes is {text!r}, but it must be auto or a whole number from 8 to 128")
+
+
+def _require_writable(out: Path | None, film: Path | None, size: int) -> None:
+    from rodwnl.storage import require_writable
+
+    if out is not None:
+        require_writable(out, size)
+    if film is not None:
+        from rodwnl.animation import require_format
+
+        require_format(film)
+        require_writable(film)
+
+
+@contextmanager
+def _progress(what: str) -> "Iterator[Progress | None]":
+    """A bar on a terminal's stderr, nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def _reduced(run: "Simulation") -> "Reading":
+    """The amplitude equation from the same perturbation, read like the simulation."""
+    import numpy as np
+
+    from rodwnl.readout import read
+    from rodwnl.reduced import reduced_model
+
+    model = reduced_model(run.rod, run.force)
+    wave = run.perturbation * np.sin(np.pi * model.u / 2)
+    A = model.transient(model.amplitude(wave, wave), run.time)
+    return read(run.time, 2 * (A * np.exp(1j * model.coefficients.omega * run.time)).real)
+
+
+def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -> None:
+    rod = run.rod
+    time = run.time[-1] * (float(rod.scales.time) if rod.scales else 1.0)
+    print(rod_sentence(rod))
+    until = f"t = {time:.6g}{' s' if rod.scales else ''}{'' if run.complete else ' (interrupted)'}"
+    print(f"Simulated at force = {with_unit(rod, 'force', force)} until {until} in {run.seconds:.1f} s.")
+    print(
+        f"{run.nodes.size - 1} Chebyshev intervals; last coefficients {run.tail:.0e}, tip conditions "
+        f"{run.tip_residual:.0e}{'' if run.resolved else ' (NOT RESOLVED: more nodes are needed)'}."
+    )
+    full = run.reading
+    print(f"The oscillation has {full.state}." if full.state != "not finished" else _not_finished(run))
+    rows = []
+    for name, reading in readings.items():
+        relative = ["", ""]
+        if name != "full rod":
+            relative = [_relative(reading.A_tip, full.A_tip), _relative(reading.omega, full.omega)]
+        rows.append([
+            name, reading.state,
+            cell(rod, "A_tip", reading.A_tip, reading.A_tip_error),
+            cell(rod, "omega", reading.omega, reading.omega_error),
+            *relative,
+        ])  # fmt: skip
+    headings = ["", "state", heading(rod, "A_tip"), heading(rod, "omega"), "change of A_tip", "of omega"]
+    short = len(readings) == 1
+    print_table(headings[: 4 if short else 6], [row[: 4 if short else 6] for row in rows])
+
+
+def _not_finished(run: "Simulation") -> str:
+    growth = run.reading.growth
+    if growth is None:
+        return "The run has not finished: its second half is too short to read."
+    change = "grows" if growth > 0 else "decays"
+    return f"The run has not finished: the amplitude still {change}, d ln A/dt = {growth:.3g}."
+
+
+def _relative(value: float | None, reference: float | None) -> str:
+    return "-" if value is None or not reference else f"{value / reference - 1:+.1e}"
+
+
+def _document(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -> dict[str, Any]:
+    entries = {name.replace(" ", "_"): _entry(reading) for name, reading in readings.items()}
+    return rod_document(run.rod) | {
+        "force": decimal_text(force),
+        "simulation": entries.pop("full_rod")
+        | {
+            "time": repr(float(run.time[-1])),
+            "perturbation": repr(run.perturbation),
+            "rtol": repr(run.rtol),
+            "nodes": run.nodes.size - 1,
+            "complete": run.complete,
+            "resolved": run.resolved,
+            "spectral_tail": repr(run.tail),
+            "tip_residual": repr(run.tip_residual),
+            "evaluations": {"right_hand_side": run.evaluations[0], "jacobian": run.evaluations[1]},
+        },
+        **entries,
+    }
+
+
+def _entry(reading: "Reading") -> dict[str, Any]:
+    names = ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+    values = {name: getattr(reading, name) for name in names}
+    return {"state": reading.state} | {k: None if v is None else repr(float(v)) for k, v in values.items()}

@@ -1,0 +1,145 @@
+"""The reduced model in use: one complex amplitude in place of the rod.
+
+Near a Hopf threshold (F_c, ω_c) the rod moves, through second order in ε (paper: eq:solutionlinear,
+eq:longitudinalODE, eq:pdefinitions; A includes the factor ε, so that F − F_c stands for ε²Δ), as
+
+    y = A Y e^{iω_c t} + c.c.,    θ = A Θ e^{iω_c t} + c.c.,
+    x = νu + A² X2 e^{2iω_c t} + |A|² X0 + c.c.,    F1 = −F + A² P2 e^{2iω_c t} + |A|² P0 + c.c.,
+
+with ν = 1 − F/k1 at the actual force, and dA/dt = α|A|²A + β(F − F_c)A (eq:SL), whose solution is elementary.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import ArrayLike, NDArray
+
+from rodwnl import kernels
+from rodwnl.coefficients import LandauCoefficients, landau
+from rodwnl.collocation import chebyshev
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
+from rodwnl.parameters import Number, RodParameters
+from rodwnl.quadrature import Nodes
+from rodwnl.spectrum import DEFAULT_MAX_FORCE
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+POINTS = 32  # degree of the Chebyshev points at which shapes are given
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """The rod at one force, expanded about one threshold. Built by `reduced_model`.
+
+    Lengths in L, times in γ2 L⁴/k3, forces in k3/L². u (n,): points of the rod. Y, Theta, Psi_Y, Psi_Theta,
+    X0, X2, P0, P2 (n,): mode, adjoint mode and corrections there; Y(1) = 1.
+    """
+
+    coefficients: LandauCoefficients
+    parameters: tuple[float, float, float, float]
+    force: float
+    u: Array
+    Y: Complex
+    Theta: Complex
+    Psi_Y: Complex
+    Psi_Theta: Complex
+    X0: Complex
+    X2: Complex
+    P0: Complex
+    P2: Complex
+
+    @property
+    def nu(self) -> float:
+        """Compression of the straight rod at this force, ν = 1 − F/k1 (eq:basestate)."""
+        return 1 - self.force / self.parameters[0]
+
+    def reconstruct(self, A: ArrayLike, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """x, y, θ, F1 at the points u, (…, n) each, for amplitudes A (…) at times t (…)."""
+        A, t = np.broadcast_arrays(np.asarray(A, complex), np.asarray(t, float))
+        first = (A * np.exp(1j * self.coefficients.omega * t))[..., None]
+        second, mean = first**2, np.abs(first) ** 2
+        x = self.nu * self.u + 2 * (second * self.X2 + mean * self.X0).real
+        y, theta = 2 * (first * self.Y).real, 2 * (first * self.Theta).real
+        return x, y, theta, -self.force + 2 * (second * self.P2 + mean * self.P0).real
+
+    def amplitude(self, y: Array, theta: Array) -> complex:
+        """The amplitude of a small perturbation (y, θ), (n,) each, at t = 0: its share of the mode.
+
+        A = (Ψ, (y, θ))_Γ / (Ψ, (Y, Θ))_Γ with the drag-weighted product (eq:inner product).
+        """
+        weights, gamma3 = chebyshev(self.u.size - 1).weights, self.parameters[2]
+        adjoint = self.Psi_Y, self.Psi_Theta
+        norm = weights @ kernels.norm_integrand(*adjoint, self.Y, self.Theta, gamma3)
+        return complex(weights @ kernels.norm_integrand(*adjoint, y, theta, gamma3) / norm)
+
+    def transient(self, A0: complex, t: ArrayLike) -> Complex:
+        """A(t) from A(0) = A0, of the shape of t >= 0. See `stuart_landau`."""
+        c = self.coefficients
+        return stuart_landau(c.alpha, c.beta * (self.force - c.force), A0, t)
+
+
+def reduced_model(
+    rod: RodParameters, force: Number, coefficients: LandauCoefficients | None = None
+) -> ReducedModel:
+    """The amplitude equation and its shapes at a force, about a threshold (default: the nearest).
+
+    Raises InputError for a force outside [0, k1) and for a rod without threshold, and what `landau`
+    raises.
+    """
+    exact = rod.checked_force(force)
+    if coefficients is None:
+        found = landau(rod, max(exact, Fraction(DEFAULT_MAX_FORCE)))
+        if not found.thresholds:
+            raise InputError(f"{rod} has no Hopf threshold, so there is nothing to reduce it to")
+        coefficients = min(found, key=lambda c: abs(c.force - float(exact)))
+    parameters, at = rod.floats(), (coefficients.force, coefficients.omega)
+    nodes = nodes_at(parameters, *at)
+    mode, adjoint = critical_mode(parameters, *at, nodes), adjoint_mode(parameters, *at, nodes)
+    X = second_order(parameters, *at, mode, nodes)
+    points = chebyshev(max(POINTS, nodes.u.size)).nodes
+    to_points = interpolation(nodes, points)
+    fields = (mode.Y, mode.Theta, adjoint.Psi_Y, adjoint.Psi_Theta, X.X0, X.X2, X.P0, X.P2)
+    return ReducedModel(
+        coefficients, parameters, float(exact), points, *(to_points @ field for field in fields)
+    )
+
+
+def stuart_landau(alpha: complex, sigma: complex, A0: complex, t: ArrayLike) -> Complex:
+    """The solution of dA/dt = α|A|²A + σA, A(0) = A0, at times t >= 0 (eq:SL with σ = β(F − F_c)).
+
+    ρ = |A|² obeys dρ/dt = 2(Re σ + Re α ρ) ρ, so with a = Re σ, b = Re α
+
+        ρ = ρ0 / (e^{−2at} − bρ0 (1 − e^{−2at})/a),    arg A = arg A0 + Im σ t + Im α ∫ρ,
+        b ∫ρ = ½ ln(ρ/ρ0) − at.
+
+    Raises ComputationError where A becomes infinite before the last time, as it can for Re α > 0.
+    """
+    t = np.asarray(t, float)
+    a, b, rho0 = sigma.real, alpha.real, abs(A0) ** 2
+    if rho0 == 0:
+        return np.zeros(t.shape, complex)
+    decay = np.exp(-2 * a * t)
+    elapsed = -np.expm1(-2 * a * t) / a if a else 2 * t  # (1 − e^{−2at})/a
+    share = decay - b * rho0 * elapsed  # ρ0/ρ
+    if (share <= 0).any():
+        blow_up = -np.log1p(-a / (a + b * rho0)) / (2 * a) if a else 1 / (2 * b * rho0)
+        raise ComputationError(
+            f"the amplitude equation leaves every bound at t = {blow_up:.4g}: from |A| = {abs(A0):.3g} the cubic "
+            "term drives it out of its range, where only the full rod can tell what follows"
+        )
+    log_growth = -np.log(share) / 2  # ln(|A|/|A0|)
+    integral = (log_growth - a * t) / b if b else rho0 * np.expm1(2 * a * t) / (2 * a) if a else rho0 * t
+    return np.asarray(A0 * np.exp(log_growth + 1j * (sigma.imag * t + alpha.imag * integral)))
+
+
+def interpolation(nodes: Nodes, points: Array) -> Array:
+    """(len(points), len(nodes.u)): values at Gauss–Legendre nodes -> of their polynomial at the points."""
+    k = np.arange(nodes.u.size)
+    series = (2 * k[:, None] + 1) * legvander(2 * nodes.u - 1, nodes.u.size - 1).T * nodes.weights
+    return np.asarray(legvander(2 * points - 1, nodes.u.size - 1) @ series)

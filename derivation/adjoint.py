@@ -4,8 +4,10 @@ For generic functions (Y, Theta) and (Psi_Y, Psi_Theta) of u,
 
     Psi^dagger M phi = (M^dagger Psi)^dagger phi + dQ/du,
 
-is an identity in the ring of jets (Lagrange's identity); Q is the bilinear concomitant. The adjoint
-conditions are what makes Q vanish at both ends for every phi that satisfies the primal ones.
+is an identity in the ring of jets (Lagrange's identity); Q is the bilinear concomitant. With S phi the
+linearised stresses minus load at the tip (S phi = 0 there), Q - Psi^dagger S phi holds no derivative of phi
+at u = 1, and phi itself vanishes at u = 0. The adjoint conditions are what makes Q(1) - Psi^dagger S phi (1)
+and Q(0) vanish for every phi; no tip condition of phi has to be used.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from dataclasses import dataclass
 from sympy.polys.rings import PolyElement
 
 from derivation.harmonics import Modes, conjugate_rules
-from derivation.jets import JetRing
+from derivation.hierarchy import Hierarchy
+from derivation.jets import JetRing, homomorphism
 from derivation.symbols import BAR
 
 _PRIMAL = ("Y", "Theta")
@@ -29,6 +32,7 @@ class Adjoint:
     Attributes:
         modes: the ring of modes with the adjoint equations among its rules.
         primal: the rows of M (Y, Theta), drag not divided out, for generic functions.
+        tip_stress: S (Y, Theta), for generic functions.
         operator: the rows of M^dagger (Psi_Y, Psi_Theta), starred.
         concomitant: Q for generic functions.
         clamp, tip: expressions in Psi (unstarred) that vanish at u = 0 and u = 1.
@@ -36,33 +40,38 @@ class Adjoint:
 
     modes: Modes
     primal: tuple[PolyElement, PolyElement]
+    tip_stress: tuple[PolyElement, PolyElement]
     operator: tuple[PolyElement, PolyElement]
     concomitant: PolyElement
     clamp: tuple[PolyElement, ...]
     tip: tuple[PolyElement, ...]
 
 
-def adjoint_problem(modes: Modes, primal: tuple[PolyElement, PolyElement]) -> Adjoint:
-    """Integrate Psi^dagger M phi by parts; ``primal`` are the rows of M applied to (Y, Theta)."""
+def adjoint_problem(hierarchy: Hierarchy, modes: Modes) -> Adjoint:
+    """Integrate Psi^dagger M phi by parts.
+
+    Raises:
+        ArithmeticError: if Lagrange's identity or the conditions found fail.
+    """
     ring = modes.ring
+    primal = modes.eigenoperator(hierarchy[1].linear)
+    y, theta = (modes.component(modes.image(row), ring["A"]) for row in hierarchy[1].tip_linear[1:])
+    tip_stress = (y, theta)
     psi = [ring[s + BAR] for s in _DUAL]
     bilinear = sum((p * row for p, row in zip(psi, primal, strict=True)), ring.zero)
     remainder, concomitant = integrate_by_parts(ring, bilinear, _PRIMAL)
-    operator = tuple(remainder.diff(ring[s]) for s in _PRIMAL)
     if bilinear != remainder + ring.derive(concomitant, "u"):
         raise ArithmeticError("Lagrange's identity fails")
-    clamp = _natural_conditions(ring, concomitant, {ring["Y"]: ring.zero, ring["Theta"]: ring.zero})
-    tip = _natural_conditions(
-        ring, concomitant, {ring["Y_u"]: ring["nu"] * ring["Theta"], ring["Theta_u"]: ring.zero}
+    operator = (remainder.diff(ring["Y"]), remainder.diff(ring["Theta"]))
+    clamp = _natural_conditions(
+        hierarchy, ring, concomitant, {ring["Y"]: ring.zero, ring["Theta"]: ring.zero}
     )
-    return Adjoint(
-        _with_adjoint_rules(modes, operator, clamp, tip),
-        primal,
-        operator,
-        concomitant,
-        clamp,
-        tip,
-    )
+    loaded = concomitant - sum((p * s for p, s in zip(psi, tip_stress, strict=True)), ring.zero)
+    if any(ring[s + "_u"] in ring.generators_of(loaded) for s in _PRIMAL):
+        raise ArithmeticError(f"the tip stresses are not the natural ones: {loaded}")
+    tip = _natural_conditions(hierarchy, ring, loaded, {})
+    with_rules = _with_adjoint_rules(hierarchy, modes, operator, clamp, tip)
+    return Adjoint(with_rules, primal, tip_stress, operator, concomitant, clamp, tip)
 
 
 def integrate_by_parts(
@@ -84,17 +93,17 @@ def integrate_by_parts(
 
 
 def _natural_conditions(
-    ring: JetRing, concomitant: PolyElement, primal: dict[PolyElement, PolyElement]
+    hierarchy: Hierarchy, ring: JetRing, concomitant: PolyElement, primal: dict[PolyElement, PolyElement]
 ) -> tuple[PolyElement, ...]:
-    """Coefficients of what the primal conditions leave free in Q, unstarred; k2 nu - mu is -force."""
+    """Coefficients of what the primal conditions leave free in Q, unstarred; k2 nu - mu is -load."""
     free = ring.apply(concomitant, primal)
     jets = [ring[s + d] for s in _PRIMAL for d in ("", "_u")]
     conditions = (ring.conjugate(c) for c in ring.parts(free, jets).values())
-    letters = {ring["mu"]: ring["k2"] * ring["nu"] + ring["force"]}
+    letters = {ring["mu"]: homomorphism(hierarchy.straight.mu, {}, ring)}
     found = []
     for c in conditions:
-        with_force = ring.apply(c, letters)
-        shorter = with_force if len(with_force) < len(c) else c
+        with_load = ring.apply(c, letters)
+        shorter = with_load if len(with_load) < len(c) else c
         found.append(_without_constant_factor(ring, shorter))
     return tuple(sorted(found, key=str))
 
@@ -110,28 +119,24 @@ def _without_constant_factor(ring: JetRing, p: PolyElement) -> PolyElement:
 
 
 def _with_adjoint_rules(
+    hierarchy: Hierarchy,
     modes: Modes,
     operator: tuple[PolyElement, PolyElement],
     clamp: tuple[PolyElement, ...],
     tip: tuple[PolyElement, ...],
 ) -> Modes:
     """M^dagger Psi = -i omega Gamma Psi at the threshold gives the highest derivatives of Psi."""
-    ring = modes.ring
+    ring, straight = modes.ring, hierarchy.straight
     minus_i_omega = -ring.i * ring["omega"]
-    rows = [ring.conjugate(row) for row in operator]
-    weights = (ring.one, ring["gamma3"])
-    inverse = (ring["k2_inv"], ring.one)
-    rules = {}
-    for s, row, weight, inv in zip(_DUAL, rows, weights, inverse, strict=True):
-        top = ring[f"{s}_uu"]
-        rest = row - row.diff(top) * top
-        rules[top] = ring.reduce(inv * (minus_i_omega * weight * ring[s] - rest))
+    rules, at_tip = {}, {}
+    for k, (s, row) in enumerate(zip(_DUAL, map(ring.conjugate, operator), strict=True), start=1):
+        weight, inverse = (homomorphism(v[k], {}, ring) for v in (straight.weights, straight.inverse))
+        top, slope = ring[f"{s}_uu"], ring[f"{s}_u"]
+        rules[top] = ring.reduce(inverse * (minus_i_omega * weight * ring[s] - (row - row.diff(top) * top)))
+        condition = next(c for c in tip if slope in ring.generators_of(c))
+        at_tip[slope] = ring.reduce(slope - inverse * condition * _sign(ring, condition, slope))
     with_rules = modes.with_rules({}, rules)
     at_clamp = {ring[s]: ring.zero for s in _DUAL}
-    at_tip = {
-        ring["Psi_Y_u"]: ring.reduce(ring["k2_inv"] * ring["mu"] * ring["Psi_Theta"]),
-        ring["Psi_Theta_u"]: -ring["force"] * ring["Psi_Y"],
-    }
     for c in tip:
         if ring.reduce(ring.apply(c, at_tip)):
             raise ArithmeticError(f"the adjoint tip condition {c} = 0 is not solved by {at_tip}")
@@ -143,3 +148,7 @@ def _with_adjoint_rules(
     return Modes(
         ring, with_rules.fields, with_rules.interior, {**modes.tip, **at_tip}, {**modes.clamp, **at_clamp}
     )
+
+
+def _sign(ring: JetRing, condition: PolyElement, slope: PolyElement) -> int:
+    return 1 if condition.diff(slope).LC.x > 0 else -1

@@ -15,6 +15,7 @@ from derivation.jets import JetRing
 from derivation.motion import equations_of_motion
 from derivation.pipeline import Derivation
 from derivation.present import expression
+from derivation.resonance import Transformation
 from derivation.symbols import BAR, FIELDS, jet_name, register, symbol
 
 STRAINS = ("h1", "h2", "Pi")
@@ -86,14 +87,16 @@ def _kinematics(d: Derivation) -> Iterator[Object]:
 
 def _hierarchy(d: Derivation) -> Iterator[Object]:
     h, ring = d.hierarchy, d.hierarchy.ring
-    base = (
-        ("nu", "stretch of the straight rod", h.base.nu),
-        ("mu", "stiffness of the linear problem", h.base.mu),
-    )
-    for name, title, value in base:
-        yield Object(
-            name, title, "hierarchy", "eq:basestate", (_equal(symbol(name), expression(ring, value)),)
-        )
+    straight = h.straight
+    stretch = _equal(expression(ring, straight.balance), _ZERO)
+    if straight.nu is not None:
+        stretch = _equal(symbol("nu"), expression(ring, straight.nu))
+    yield Object("nu", "stretch of the straight rod", "hierarchy", "eq:basestate", (stretch,))
+    mu = _equal(symbol("mu"), expression(ring, straight.mu))
+    yield Object("mu", "stiffness of the linear problem", "hierarchy", "eq:linearization", (mu,))
+    if d.law.constants:
+        letters = tuple(_equal(symbol(name), e) for name, e in d.law.constants.items())
+        yield Object("letters", "coefficients at the straight rod", "constitutive", "", letters)
     tip_labels = {1: "eq:followerlinear", 2: "eq:quadratictheoryBC", 3: "eq:followercubic_geom"}
     for n, o in enumerate(h.orders, start=1):
         balance = []
@@ -101,8 +104,8 @@ def _hierarchy(d: Derivation) -> Iterator[Object]:
             rate = _rate(ring, linear)
             balance.append(_equal(expression(ring, rate), expression(ring, rate - linear + forcing)))
         tip = tuple(
-            _equal(expression(ring, left), expression(ring, b))
-            for left, b in zip(o.tip_linear, o.tip_forcing, strict=True)
+            _equal(symbol(jet_name(f, n, 1)), expression(ring, slope))
+            for f, slope in zip(FIELDS, o.slopes, strict=True)
         )
         label = f"eq:dynamics{_ADJECTIVE.get(n, n)}"
         yield Object(
@@ -121,6 +124,8 @@ def _linear_problem(d: Derivation) -> Iterator[Object]:
     rows = _eigenvalue_rows(d.modes.ring, I * symbol("omega"), ("Y", "Theta"), d.adjoint.primal)
     yield Object("mode", "eigenvalue problem at the threshold", "harmonics", "eq:primal_eigenproblem", rows)
     e = d.eigenproblem
+    if e is None:
+        return
     r, y = symbol("r"), symbol("Y")
     polynomial = sum(expression(e.ring, c) * r**k for c, k in zip(e.polynomial, (4, 2, 0), strict=True))
     yield Object(
@@ -165,7 +170,7 @@ def _second_order(d: Derivation) -> Iterator[Object]:
         "corrections",
         "eq:longitudinalforcingBC",
         (
-            _equal(b1, expression(jets, order.tip_forcing[0])),
+            _equal(b1, expression(jets, order.slopes[0])),
             _equal(b1, expression(ring, d.second.tip_forcing)),
         ),
     )
@@ -200,7 +205,28 @@ def _vanishing(d: Derivation) -> dict[PolyElement, PolyElement]:
 
 
 def _third_order(d: Derivation) -> Iterator[Object]:
-    ring, jets, t = d.modes.ring, d.hierarchy.ring, d.third
+    ring, jets, third = d.modes.ring, d.hierarchy.ring, d.third
+    known = _vanishing(d)
+    for row, name in enumerate(("f2_3", "f3_3")):
+        f = register(name, f"f_{row + 2}^{{(3)}}")
+        generic = expression(jets, jets.apply(d.hierarchy[3].forcing[row + 1], known))
+        equations = [_equal(f, generic)]
+        if third.transformed is not None:
+            equations.append(_equal(f, _resonant(third.transformed, ring, row)))
+        title = "forcing at order 3: of the fields, and the resonant part of the transformed ones"
+        yield Object(name, title, "resonance", "eq:cubicforcing", tuple(equations))
+    for row, name in enumerate(("t2_3", "t3_3")):
+        t = register(name, f"t_{row + 2}^{{(3)}}")
+        cubic, detuning, slow = third.traction.cubic, third.traction.detuning, third.traction.slow
+        right = _sum_of_terms(*(expression(ring, p[row]) for p in (cubic, detuning, slow)))
+        title = "resonant part of what loads the tip at order 3"
+        yield Object(name, title, "resonance", "eq:followercubic_stress", (_equal(t, right),))
+    if third.transformed is not None:
+        yield from _transformed(d, third.transformed)
+
+
+def _transformed(d: Derivation, t: Transformation) -> Iterator[Object]:
+    ring, jets = d.modes.ring, d.hierarchy.ring
     y, theta = (
         register("y3_transformed", r"\tilde{y}^{(3)}"),
         register("theta3_transformed", r"\tilde{\theta}^{(3)}"),
@@ -220,35 +246,28 @@ def _third_order(d: Derivation) -> Iterator[Object]:
         ),
     )
     left = (y_u - symbol("nu") * theta, theta_u)
-    conditions = tuple(_equal(a, expression(ring, b)) for a, b in zip(left, t.transformed_tip, strict=True))
+    conditions = tuple(_equal(a, expression(ring, b)) for a, b in zip(left, t.tip, strict=True))
     title = "tip conditions of the transformed variables"
     yield Object("transformed_tip", title, "resonance", "eq:cubic_transform_free", conditions)
-    known = _vanishing(d)
-    for row, name in enumerate(("f2_3", "f3_3")):
-        f = register(name, f"f_{row + 2}^{{(3)}}")
-        generic = expression(jets, jets.apply(d.hierarchy[3].forcing[row + 1], known))
-        yield Object(
-            name,
-            "forcing at order 3: before the transformation, and its resonant part after it",
-            "resonance",
-            "eq:cubicforcing",
-            (_equal(f, generic), _equal(f, _resonant(d, row))),
-        )
     for k, g in enumerate(t.g, start=1):
         equation = _equal(_forcing_letter(k), expression(ring, g))
         yield Object(f"g{k}", "resonant forcing at order 3", "resonance", "eq:cubicforcing", (equation,))
+
+
+def _sum_of_terms(cubic: Expr, detuning: Expr, slow: Expr) -> Expr:
+    """cubic A^2 A* + detuning Delta A + slow dA/dT, the coefficient of e^{i omega tau}."""
+    a, a_bar = symbol("A"), symbol("A" + BAR)
+    return a**2 * a_bar * cubic + symbol("Delta") * a * detuning + slow * symbol("A_T")
 
 
 def _forcing_letter(k: int) -> Symbol:
     return register(f"g{k}", f"g_{k}")
 
 
-def _resonant(d: Derivation, row: int) -> Expr:
-    """The coefficient of e^{i omega tau}, with the g's as letters."""
-    a, a_bar = symbol("A"), symbol("A" + BAR)
-    cubic, detuning = _forcing_letter(2 * row + 1), _forcing_letter(2 * row + 2)
-    slow = expression(d.modes.ring, d.third.resonant.slow[row])
-    return a**2 * a_bar * cubic + symbol("Delta") * a * detuning + slow * symbol("A_T")
+def _resonant(t: Transformation, ring: JetRing, row: int) -> Expr:
+    """The resonant forcing with the g's as letters."""
+    slow = expression(ring, t.resonant.slow[row])
+    return _sum_of_terms(_forcing_letter(2 * row + 1), _forcing_letter(2 * row + 2), slow)
 
 
 def _adjoint(d: Derivation) -> Iterator[Object]:
@@ -270,17 +289,19 @@ def _adjoint(d: Derivation) -> Iterator[Object]:
 def _solvability(d: Derivation) -> Iterator[Object]:
     ring, u = d.modes.ring, symbol("u")
     psi_y, psi_theta = symbol("Psi_Y" + BAR), symbol("Psi_Theta" + BAR)
-    norm = Integral(expression(ring, d.landau.norm.integrand), (u, 0, 1))
+    landau, title = d.landau, "Landau coefficient"
+    norm = Integral(expression(ring, landau.norm.integrand), (u, 0, 1)) + expression(
+        ring, landau.norm.boundary
+    )
     for name, (a, b), kept in (
-        ("alpha", (1, 3), d.landau.cubic_kept),
-        ("beta", (2, 4), d.landau.detuning_kept),
+        ("alpha", (1, 3), landau.cubic_kept),
+        ("beta", (2, 4), landau.detuning_kept),
     ):
-        bulk = Integral(psi_y * _forcing_letter(a) + psi_theta * _forcing_letter(b), (u, 0, 1))
-        equation = _equal(symbol(name), bulk / norm)
-        title = "Landau coefficient"
-        yield Object(
-            name, f"{title}, transformed variables", "solvability", "eq:alphabetaformulas", (equation,)
-        )
+        if d.third.transformed is not None:
+            bulk = Integral(psi_y * _forcing_letter(a) + psi_theta * _forcing_letter(b), (u, 0, 1))
+            equation = _equal(symbol(name), bulk / norm)
+            described = f"{title}, transformed variables"
+            yield Object(name, described, "solvability", "eq:alphabetaformulas", (equation,))
         whole = Integral(expression(ring, kept.integrand), (u, 0, 1)) + expression(ring, kept.boundary)
         equation = _equal(symbol(name), whole / norm)
         yield Object(f"{name}_kept", f"{title}, boundary term kept", "solvability", "", (equation,))

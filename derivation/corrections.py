@@ -14,24 +14,27 @@ from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
 
+from derivation.errors import ModelError
 from derivation.harmonics import Modes, split_real
 from derivation.hierarchy import Hierarchy
+from derivation.jets import JetRing, homomorphism
 from derivation.symbols import BAR
 
 
 @dataclass(frozen=True)
 class Correction:
-    """k1 X'' = c X + forcing,  X(0) = 0,  X'(1) = tip_slope;  tension P = k1 (X' + ...), P' by force balance.
+    """K1 X'' = c X + forcing,  X(0) = 0,  X'(1) = tip_slope + tip_drag X(1);  P' = tension_slope.
 
     Attributes:
         harmonic: 0 or 2.
         shape: the symbol of X (``X0`` or ``X2``).
         drag: c, that is 0 or 2 i omega gamma1.
         forcing: in Theta, Y, H, their derivatives and conjugates (eq:longitudinalODE).
-        tip_slope: in the tip value of Theta (eq:ODEBCs).
+        tip_slope, tip_drag: in the tip values of the mode (eq:ODEBCs); tip_drag is 0 for a load without drag.
         tension: P in terms of X' (unnumbered display after eq:pdefinitions).
-        tension_slope: P' in terms of X and the mode; together with P(1) = 0 it gives P without the
-            cancellation that k1 (X' + ...) suffers for a stiff rod.
+        tension_slope: P' in terms of X and the mode; together with P(1) it gives P without the
+            cancellation that K1 (X' + ...) suffers for a stiff rod.
+        tip_tension: P(1), 0 for the plain follower.
     """
 
     harmonic: int
@@ -39,8 +42,10 @@ class Correction:
     drag: PolyElement
     forcing: PolyElement
     tip_slope: PolyElement
+    tip_drag: PolyElement
     tension: PolyElement
     tension_slope: PolyElement
+    tip_tension: PolyElement
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,10 @@ class SecondOrder:
     Attributes:
         modes: the ring of modes, now with x^(2), y^(2), theta^(2) known and X'' and X' reducible.
         forcing: f1^(2) with the ansatz substituted (eq:longitudinalforcing).
-        tip_forcing: b1^(2) likewise (eq:longitudinalforcingBC), Theta at the tip.
+        tip_forcing: x^(2)' at the tip likewise, but for the drag of the load there (b1^(2),
+            eq:longitudinalforcingBC).
         mean, harmonic: the two corrections.
-        static: the part of x^(2) due to the detuning alone, -Delta u/k1.
+        static: the part of x^(2) due to the detuning alone, -Delta u/k1 under a tip load.
     """
 
     modes: Modes
@@ -66,16 +72,21 @@ class SecondOrder:
 def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
     """Solve the structure of order 2: which fields are forced, at which harmonics, by what."""
     ring, order = modes.ring, hierarchy[2]
+    stiffness, inverse = (
+        homomorphism(k[0], {}, ring) for k in (hierarchy.straight.stiffness, hierarchy.straight.inverse)
+    )
     shear = {ring["Y_u"]: ring["H"] + ring["nu"] * ring["Theta"]}
     shear |= {ring.conjugate(g): ring.conjugate(v) for g, v in shear.items()}
     f1, f2, f3 = (ring.rewrite(modes.image(f), shear) for f in order.forcing)
-    b1, b2, b3 = (modes.at_tip(modes.image(b)) for b in order.tip_forcing)
-    if any((f2, f3, b2, b3)):
+    t1, t2, t3 = (modes.at_tip(modes.image(t)) for t in order.traction)
+    if any((f2, f3, t2, t3)):
         # The first-order mode is odd under reflection, quadratic products are even: only x is forced.
-        raise ArithmeticError(f"{hierarchy.model.name}: y and theta are forced at order 2")
+        raise ModelError(
+            f"{hierarchy.model.name}: not symmetric under reflection: y and theta are forced at order 2"
+        )
+    b1 = ring.reduce(inverse * t1)
 
-    # Detuning alone: k1 x'' = 0, x(0) = 0, x'(1) = its part of b1.
-    static = ring["u"] * ring["Delta"] * b1.diff(ring["Delta"])
+    static = _static(ring, inverse, f1, b1)
     a, a_bar = ring["A"], ring["A" + BAR]
     known = {
         ("x", 2): a**2 * ring["X2"] + a_bar**2 * ring["X2" + BAR]
@@ -88,10 +99,11 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
     def insert(p: PolyElement) -> PolyElement:
         return ring.rewrite(with_x.image(p), shear)
 
-    law = insert(order.linear[0])
+    law, tip_law = insert(order.linear[0]), insert(order.tip_linear[0])
     tension = insert(order.stresses[0])
     # balance = drag - F1' + Pi F2 vanishes identically, so F1' = balance + F1' in terms of drag and shear.
     tension_slope = insert(order.balance[0]) + ring.rewrite(ring.derive(tension, "u"), shear)
+    tip_tension = modes.at_tip(insert(order.stresses[0] - order.tip[0]))
     corrections = []
     for harmonic, monomial in ((0, a * a_bar), (2, a**2)):
         x = ring[f"X{harmonic}"]
@@ -107,19 +119,30 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
             Correction(
                 harmonic,
                 x,
-                # law = drag X - k1 X'' equals f1, so k1 X'' = drag X - f1.
+                # law = drag X - K1 X'' equals f1, so K1 X'' = drag X - f1; K1 X' likewise at the tip.
                 drag=shape_of(law).diff(x),
                 forcing=-shape_of(f1),
                 tip_slope=shape_of(b1),
+                tip_drag=ring.reduce(-inverse * shape_of(tip_law).diff(x)),
                 tension=shape_of(tension),
-                tension_slope=shape_of(tension_slope),
+                tension_slope=ring.reduce(shape_of(tension_slope)),
+                tip_tension=shape_of(tip_tension),
             )
         )
     mean, second = corrections
     rules = {}
     for c in corrections:
         x_u, x_uu, p = (ring[f"X{c.harmonic}_u"], ring[f"X{c.harmonic}_uu"], ring[f"P{c.harmonic}"])
-        rules[x_uu] = ring.reduce(ring["k1_inv"] * (c.drag * c.shape + c.forcing))
-        # The tension stands for the slope of X: P = k1 X' + rest.
-        rules[x_u] = ring.reduce(ring["k1_inv"] * (p - (c.tension - ring["k1"] * x_u)))
+        rules[x_uu] = ring.reduce(inverse * (c.drag * c.shape + c.forcing))
+        # The tension stands for the slope of X: P = K1 X' + rest.
+        rules[x_u] = ring.reduce(inverse * (p - (c.tension - stiffness * x_u)))
     return SecondOrder(modes.with_rules(known, rules), f1, b1, mean, second, static)
+
+
+def _static(ring: JetRing, inverse: PolyElement, f1: PolyElement, b1: PolyElement) -> PolyElement:
+    """Detuning alone: 0 = K1 x'' + f, x(0) = 0, x'(1) = b with f, b the parts proportional to Delta."""
+    delta, u = ring["Delta"], ring["u"]
+    f, b = f1.diff(delta), b1.diff(delta)
+    if ring.derive(f, "u"):
+        raise ModelError("the body load of a detuned rod varies along it")
+    return ring.reduce(delta * (b * u + inverse * f * (u - u**2 / 2)))

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from sympy.polys.rings import PolyElement
 
 from derivation.adjoint import Adjoint
-from derivation.jets import Images, JetRing, homomorphism, jet_ring
-
-_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu")
+from derivation.hierarchy import Hierarchy
+from derivation.jets import JetRing, homomorphism, jet_ring
+from derivation.kinematics import parameter_names
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,15 @@ class Eigenproblem:
     adjoint_column: tuple[Fraction, ...]
 
 
-def eigenproblem(adjoint: Adjoint) -> Eigenproblem:
+def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
     """Insert exponentials into the rows of M and into the boundary conditions.
 
     Raises:
         ArithmeticError: if M^dagger is not M, or if the characteristic polynomial is not even in r.
     """
-    ring = jet_ring(["r", "exp_r", "lam", *_PARAMETERS])
-    r, lam = ring["r"], ring["lam"]
+    names = [n for n in parameter_names(hierarchy.law) if n not in ("Delta", "u")]
+    ring = jet_ring(["r", "exp_r", "lam", *names], inverses=hierarchy.law.inverses)
+    r, lam, e = ring["r"], ring["lam"], ring["exp_r"]
     unstarred = [adjoint.modes.ring.conjugate(row) for row in adjoint.operator]
     y_row, theta_row = (_symbol(row, ring, ("Y", "Theta")) for row in adjoint.primal)
     if [_symbol(row, ring, ("Psi_Y", "Psi_Theta")) for row in unstarred] != [y_row, theta_row]:
@@ -64,65 +65,74 @@ def eigenproblem(adjoint: Adjoint) -> Eigenproblem:
             "the operator is not formally self-adjoint; its adjoint needs its own exponents"
         )
     (yy, yt), (ty, tt) = y_row, theta_row
-    det = (yy - lam) * (tt - lam * ring["gamma3"]) - yt * ty
-    # k2 nu is mu - force: written so, mu^2 - k2 nu mu = mu force loses no digits when k2 is large.
-    det = _rewrite_k2_nu(ring, det)
+    straight = hierarchy.straight
+    weights = [homomorphism(w, {}, ring) for w in straight.weights[1:]]
+    letters = _Letters(
+        ring, homomorphism(straight.stiffness[1], {}, ring), homomorphism(straight.load, {}, ring)
+    )
+    det = letters.shorten((yy - lam * weights[0]) * (tt - lam * weights[1]) - yt * ty)
     coefficients = {ring.degree(m, [r]): c for m, c in ring.parts(det, [r]).items()}
     if set(coefficients) != {0, 2, 4}:
         raise ArithmeticError(f"the characteristic polynomial is not even of degree 4 in r: {det}")
 
-    # First row: (yy - lambda) Y + yt Theta = 0.
-    theta = _cancel(ring, -(yy - lam), yt)
-    shear = _cancel(ring, r * theta.denominator - ring["nu"] * theta.numerator, theta.denominator)
+    # First row: (yy - lambda Gamma_2) Y + yt Theta = 0.
+    theta = letters.cancel(-(yy - lam * weights[0]), yt)
+    shear = letters.cancel(r * theta.denominator - ring["nu"] * theta.numerator, theta.denominator)
     one = Fraction(ring.one, ring.one)
-    e = ring["exp_r"]
 
-    def at_tip(p: PolyElement) -> Fraction:
-        a, b = _symbol(p, ring, ("Psi_Y", "Psi_Theta"))
-        return _cancel(ring, e * (a * theta.denominator + b * theta.numerator), theta.denominator)
+    def at_tip(p: PolyElement, shapes: tuple[str, str]) -> Fraction:
+        a, b = _symbol(p, ring, shapes)
+        return letters.cancel(e * (a * theta.denominator + b * theta.numerator), theta.denominator)
 
-    tip = (
-        _cancel(ring, e * shear.numerator, shear.denominator),
-        _cancel(ring, e * r * theta.numerator, theta.denominator),
-    )
+    # Tip stresses divided by their stiffness: H(1) and Theta'(1) under the plain follower.
+    inverses = [homomorphism(k, {}, adjoint.modes.ring) for k in straight.inverse[1:]]
+    tip = [
+        at_tip(adjoint.modes.ring.reduce(row * inverse), ("Y", "Theta"))
+        for row, inverse in zip(adjoint.tip_stress, inverses, strict=True)
+    ]
     return Eigenproblem(
         ring,
         (coefficients[4], coefficients[2], coefficients[0]),
         theta,
         shear,
         (one, theta, *tip),
-        (one, theta, *(at_tip(p) for p in adjoint.tip)),
+        (one, theta, *(at_tip(p, ("Psi_Y", "Psi_Theta")) for p in adjoint.tip)),
     )
 
 
 def _symbol(row: PolyElement, ring: JetRing, shapes: tuple[str, str]) -> tuple[PolyElement, ...]:
-    """The symbol of a row of a constant-coefficient operator: d/du becomes r."""
-    images: Images = {g: ring.zero for g in row.ring.gens if str(g) not in ring}
+    """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes lambda."""
+    images: dict[PolyElement, PolyElement] = {g: ring.zero for g in row.ring.gens if str(g) not in ring}
     entries = []
     for s in shapes:
-        one = {
-            **images,
-            **{
-                g: ring["r"] ** k
-                for k in range(3)
-                for g in row.ring.gens
-                if str(g) == s + ("_" + "u" * k if k else "")
-            },
-        }
-        entries.append(homomorphism(row, one, ring))
+        one = dict(images)
+        for g in row.ring.gens:
+            for k in range(3):
+                if str(g) == s + ("_" + "u" * k if k else ""):
+                    one[g] = ring["r"] ** k
+            if str(g) == "omega":
+                one[g] = -ring.i * ring["lam"]
+        entries.append(ring.reduce(homomorphism(row, one, ring)))
     return tuple(entries)
 
 
-def _rewrite_k2_nu(ring: JetRing, p: PolyElement) -> PolyElement:
-    k2, nu = ring["k2"], ring["nu"]
-    known = JetRing(ring.ring, products=((k2 * nu, ring["mu"] - ring["force"]),))
-    return known.reduce(p)
+@dataclass(frozen=True)
+class _Letters:
+    """k2 nu written as mu - load: then mu^2 - k2 nu mu = mu load loses no digits when k2 is large."""
 
+    ring: JetRing
+    k2: PolyElement
+    load: PolyElement
 
-def _cancel(ring: JetRing, numerator: PolyElement, denominator: PolyElement) -> Fraction:
-    """Cancel common powers of r after writing k2 nu as mu - force; make the denominator positive."""
-    numerator = _rewrite_k2_nu(ring, numerator)
-    if denominator.LC.x < 0:
-        numerator, denominator = -numerator, -denominator
-    common = numerator.gcd(denominator)
-    return Fraction(numerator.exquo(common), denominator.exquo(common))
+    def shorten(self, p: PolyElement) -> PolyElement:
+        ring = self.ring
+        known = JetRing(ring.ring, products=(*ring.products, (self.k2 * ring["nu"], ring["mu"] - self.load)))
+        return known.reduce(p)
+
+    def cancel(self, numerator: PolyElement, denominator: PolyElement) -> Fraction:
+        """Cancel common factors; make the denominator positive."""
+        numerator = self.shorten(numerator)
+        if denominator.LC.x < 0:
+            numerator, denominator = -numerator, -denominator
+        common = numerator.gcd(denominator)
+        return Fraction(numerator.exquo(common), denominator.exquo(common))

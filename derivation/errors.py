@@ -7,3 +7,7 @@ class ReadError(ValueError):
     def __init__(self, line: int, problem: str) -> None:
         super().__init__(f"line {line}: {problem}")
         self.line = line
+
+
+class ModelError(ValueError):
+    """A rod breaks an assumption of the theory; the message names the assumption and the place."""

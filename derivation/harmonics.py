@@ -11,14 +11,12 @@ from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
 
+from derivation.constitutive import Constitution
 from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing, homomorphism, jet_ring
+from derivation.kinematics import parameter_names, with_straight_rod
 from derivation.symbols import BAR, FIELDS, SHAPES, TIP, register, shape_latex
 
-_PARAMETERS = (
-    *("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu"),
-    *("k1_inv", "k2_inv", "Delta", "omega", "lam"),
-)
 _AMPLITUDES = ("A", "A_T")
 #: Highest u-derivative held of each shape function.
 _JETS = {"Theta": 3, "Y": 3, "H": 0, "X0": 2, "X2": 2, "P0": 1, "P2": 1, "Psi_Y": 3, "Psi_Theta": 3}
@@ -104,10 +102,10 @@ class Modes:
         return self.ring.rewrite(self.ring.rewrite(p, self.interior), self.clamp)
 
     def eigenoperator(self, linear: tuple[PolyElement, ...]) -> tuple[PolyElement, PolyElement]:
-        """The rows of M applied to (Y, Theta), from the order-1 rows Gamma d_tau xi - M xi."""
-        ring, i_omega = self.ring, self.ring.i * self.ring["omega"]
-        y, theta = (self.component(self.image(row), ring["A"]) for row in linear[1:])
-        return i_omega * ring["Y"] - y, i_omega * ring["gamma3"] * ring["Theta"] - theta
+        """The rows of M applied to (Y, Theta), from the order-1 rows Gamma d_tau xi - M xi without drag."""
+        still = {self.ring["omega"]: self.ring.zero}
+        y, theta = (self.component(self.image(row), self.ring["A"]) for row in linear[1:])
+        return -self.ring.apply(y, still), -self.ring.apply(theta, still)
 
     def with_rules(
         self,
@@ -125,7 +123,7 @@ def conjugate_rules(ring: JetRing, rules: dict[PolyElement, PolyElement]) -> dic
     return {ring.conjugate(g): ring.conjugate(value) for g, value in rules.items()}
 
 
-def mode_ring() -> JetRing:
+def mode_ring(law: Constitution) -> JetRing:
     """Parameters, amplitudes, jets of the shape functions and of their conjugates, tip values, u."""
     shapes = [(s, k) for k in range(4) for s in SHAPES if k <= _JETS[s]]
     # Low derivatives first, and Theta before Y before H: the order decides which factor of a product of a
@@ -150,15 +148,18 @@ def mode_ring() -> JetRing:
     register("A_T" + BAR, r"\frac{\mathrm{d}A^*}{\mathrm{d}T}")
     amplitudes = [a + s for a in _AMPLITUDES for s in ("", BAR)]
     ring = jet_ring(
-        [*amplitudes, *names, *tips, "u", *_PARAMETERS],
+        [*amplitudes, *names, *tips, "u", *parameter_names(law), "omega", "lam"],
         {"u": maps},
         bars,
-        {"k1": "k1_inv", "k2": "k2_inv"},
+        law.inverses,
     )
+    ring = with_straight_rod(ring, law)
     derivation = dict(ring.derivations["u"])
     derivation[ring["u"]] = ring.one
     for bar in ("", BAR):
-        derivation[ring[f"H{bar}"]] = ring[f"Y{bar}_uu"] - ring["nu"] * ring[f"Theta{bar}_u"]
+        angle = ring[f"Theta{bar}"]
+        nu_u = derivation.get(ring["nu"], ring.zero)
+        derivation[ring[f"H{bar}"]] = ring[f"Y{bar}_uu"] - ring["nu"] * ring[f"Theta{bar}_u"] - nu_u * angle
     return JetRing(ring.ring, {"u": derivation}, ring.conjugates, ring.products)
 
 
@@ -168,7 +169,7 @@ def _shape(shape: str, u: int = 0, bar: str = "") -> str:
 
 def first_order(hierarchy: Hierarchy) -> Modes:
     """Insert the ansatz eq:solutionlinear into order 1 and read off the eigenvalue problem."""
-    ring = mode_ring()
+    ring = mode_ring(hierarchy.law)
     a, a_bar = ring["A"], ring["A" + BAR]
     zero = ring.zero
 
@@ -177,30 +178,29 @@ def first_order(hierarchy: Hierarchy) -> Modes:
 
     fields = {("x", 1): zero, ("y", 1): wave("Y"), ("theta", 1): wave("Theta")}
     bare = Modes(ring, fields, {}, {}, {})
-    _, y_law, theta_law = (bare.component(bare.image(p), a) for p in hierarchy[1].linear)
-    nu = ring["nu"]
-    # The equations give the highest derivatives; each enters linearly, with coefficients -k2 and -1.
-    rules = {
-        ring["Y_uu"]: ring.reduce(ring["Y_uu"] + ring["k2_inv"] * y_law),
-        ring["Theta_uu"]: ring["Theta_uu"] + theta_law,
-        ring["Y_u"]: ring["H"] + nu * ring["Theta"],
-    }
-    for top in ("Y_uu", "Theta_uu"):
-        if ring[top] in ring.generators_of(rules[ring[top]]):
+    order, straight = hierarchy[1], hierarchy.straight
+    if any((*order.traction, *order.forcing)):
+        raise ArithmeticError("the first-order problem is not homogeneous: the straight rod is wrong")
+    # The equations give the highest derivatives; each enters its own row with minus its stiffness.
+    rules = {}
+    for shape, row, inverse in zip(("Y", "Theta"), order.linear[1:], straight.inverse[1:], strict=True):
+        top = ring[f"{shape}_uu"]
+        value = top + homomorphism(inverse, {}, ring) * bare.component(bare.image(row), a)
+        rules[top] = ring.reduce(value)
+        if any(str(g).endswith("_uu") for g in ring.generators_of(rules[top])):
             raise ArithmeticError(f"the first-order equations do not give {top}")
+    rules[ring["Y_u"]] = ring["H"] + ring["nu"] * ring["Theta"]
     for shape in ("Y", "Theta"):
-        rules[ring[f"{shape}_uuu"]] = ring.derive(rules[ring[f"{shape}_uu"]], "u")
+        rules[ring[f"{shape}_uuu"]] = ring.reduce(ring.derive(rules[ring[f"{shape}_uu"]], "u"))
     rules |= conjugate_rules(ring, rules)
 
-    # u = 0: the clamp. u = 1: the free-end conditions of order 1, and Y(1) = 1 is not imposed.
+    # u = 0: the clamp. u = 1: the tip conditions of order 1; Y(1) = 1 is not imposed.
     clamp = {ring["Y"]: zero, ring["Theta"]: zero, ring["u"]: zero}
-    tip = {ring["H"]: zero, ring["Theta_u"]: zero, ring["u"]: ring.one}
+    y_u, theta_u = (bare.component(bare.image(s), a) for s in order.slopes[1:])
+    tip = {ring["H"]: y_u - ring["nu"] * ring["Theta"], ring["Theta_u"]: theta_u, ring["u"]: ring.one}
     tip |= {ring[s]: ring[s + TIP] for s in ("Y", "Theta")}
     clamp |= conjugate_rules(ring, clamp)
     tip |= conjugate_rules(ring, tip)
-    for rule in (hierarchy[1].tip_forcing, hierarchy[1].forcing):
-        if any(rule):
-            raise ArithmeticError("the first-order problem is not homogeneous: the base state is wrong")
     return Modes(ring, fields, rules, tip, clamp)
 
 

@@ -1,16 +1,20 @@
-"""The balance laws and tip conditions order by order: base state, linear operator, forcings.
+"""The balance laws and tip conditions order by order: straight rod, linear operator, forcings.
 
-At each order n the balance laws read  Gamma d_tau xi_n = M xi_n + f_n  with xi = (x, y, theta) and the tip
-conditions  B xi_n = b_n  at u = 1 (eq:hierarchy), where M, Gamma and B are those of order 1 and f_n, b_n
-hold lower orders only. The split is computed, and that f_n is free of order-n fields is checked.
+At each order n the balance laws read  Gamma d_tau xi_n = M xi_n + f_n  with xi = (x, y, theta), and the tip
+conditions  S xi_n = t_n  at u = 1 (eq:hierarchy), where M, Gamma and S are those of order 1 and f_n, t_n
+hold lower orders only. The split is computed, and that f_n and t_n are free of order-n fields is checked.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from sympy import Expr, Integer
 from sympy.polys.rings import PolyElement
 
+from derivation.constitutive import SHIFTED, VELOCITIES, Constitution
+from derivation.errors import ModelError
 from derivation.jets import JetRing, from_expr, jet_ring
 from derivation.kinematics import ExpandedKinematics, Series, multiply, substitute
 from derivation.model import RodModel
@@ -20,16 +24,25 @@ Vector = tuple[PolyElement, PolyElement, PolyElement]
 
 
 @dataclass(frozen=True)
-class BaseState:
-    """The compressed straight rod x = nu u (eq:basestate).
+class StraightRod:
+    """The compressed straight rod x' = nu (eq:basestate), y = theta = 0.
 
-    ``axial_balance`` is F1 at order 0 minus the imposed tip load, zero at the base state;
-    ``force`` and ``mu`` are the force and the stiffness of the linear problem in the letters nu, k1, k2.
+    Attributes:
+        nu: where the axial balance can be solved for it (a quadratic energy), else None.
+        balance: F1 + load, zero at the straight rod.
+        mu: k2 nu + load, the stiffness of the linear problem.
+        load: the compression it carries, ``force`` under a tip load alone.
+        stiffness, inverse: K1, K2, K3 and their inverses.
+        weights: the drag per unit velocity (the diagonal of Gamma).
     """
 
-    axial_balance: PolyElement
-    nu: PolyElement
+    nu: PolyElement | None
+    balance: PolyElement
     mu: PolyElement
+    load: PolyElement
+    stiffness: Vector
+    inverse: Vector
+    weights: Vector
 
 
 @dataclass(frozen=True)
@@ -42,8 +55,10 @@ class Order:
         tip: stresses minus the imposed load at u = 1; zero on solutions.
         linear: the part of ``balance`` linear in the order-n fields, Gamma d_tau xi - M xi.
         forcing: f_n = linear - balance.
-        tip_linear: the geometric left-hand sides x', y' - nu theta, theta' of order n.
-        tip_forcing: b_n, so that tip_linear = b_n at u = 1, reduced by the conditions of lower orders.
+        tip_linear: the part of ``tip`` linear in the order-n fields.
+        traction: t_n = tip_linear - tip, so that tip_linear = t_n at u = 1, reduced by the conditions of
+            lower orders: what loads the tip at this order.
+        slopes: the same conditions solved for x', y', theta'.
     """
 
     n: int
@@ -53,7 +68,8 @@ class Order:
     linear: Vector
     forcing: Vector
     tip_linear: Vector
-    tip_forcing: Vector
+    traction: Vector
+    slopes: Vector
 
 
 @dataclass(frozen=True)
@@ -61,8 +77,9 @@ class Hierarchy:
     """All orders 1 ... N over one ring of jets."""
 
     model: RodModel
+    law: Constitution
     ring: JetRing
-    base: BaseState
+    straight: StraightRod
     orders: tuple[Order, ...]
     tip_rules: dict[PolyElement, PolyElement]
 
@@ -73,104 +90,139 @@ class Hierarchy:
         return self.orders[n - 1]
 
 
-def build_hierarchy(model: RodModel, kinematics: ExpandedKinematics) -> Hierarchy:
+def build_hierarchy(model: RodModel, law: Constitution, kinematics: ExpandedKinematics) -> Hierarchy:
     """Substitute the expanded kinematics into the balance laws (eq:dynamicsfull) and the tip conditions."""
     ring, order = kinematics.ring, kinematics.order
-    base = _base_state(model, ring)
-    stresses = _stresses(model, kinematics, base)
-    balance = _balance(model, kinematics, stresses, base)
-    tip = _tip(model, stresses, ring)
+    straight = _straight_rod(law, ring)
+    stresses = _stresses(law, kinematics, straight)
+    balance = _balance(law, kinematics, stresses, straight)
+    tip = _tip(law, kinematics, stresses, straight)
     orders: list[Order] = []
     tip_rules: dict[PolyElement, PolyElement] = {}
     for n in range(1, order + 1):
         fields = _fields_of_order(ring, n)
-        at_n: Vector = tuple(b[n] for b in balance)
-        linear = tuple(_part_in(ring, p, fields, linear=True) for p in at_n)
-        forcing = tuple(lin - p for lin, p in zip(linear, at_n, strict=True))
-        for f in forcing:
-            if _part_in(ring, f, fields, linear=False):
+        at_n, tip_n = (_vector(row[n] for row in rows) for rows in (balance, tip))
+        linear, tip_linear = (_vector(_linear_in(ring, p, fields) for p in rows) for rows in (at_n, tip_n))
+        forcing = _vector(a - p for a, p in zip(linear, at_n, strict=True))
+        residue = _vector(a - p for a, p in zip(tip_linear, tip_n, strict=True))
+        for f in (*forcing, *residue):
+            if any(g in fields for g in ring.generators_of(f)):
                 raise ArithmeticError(f"order {n}: the forcing holds fields of its own order: {f}")
-        tip_n: Vector = tuple(t[n] for t in tip)
-        rules = _solve_tip(ring, tip_n, n, tip_rules)
-        tip_rules.update(rules)
-        tip_linear = _tip_linear(ring, n)
-        tip_forcing = tuple(ring.rewrite(p, tip_rules) for p in tip_linear)
-        orders.append(
-            Order(n, tuple(s[n] for s in stresses), at_n, tip_n, linear, forcing, tip_linear, tip_forcing)
-        )
-    return Hierarchy(model, ring, base, tuple(orders), tip_rules)
+        traction = _vector(ring.rewrite(p, tip_rules) for p in residue)
+        solved = _solve_tip(ring, straight, tip_linear, traction, n)
+        tip_rules.update(solved)
+        slopes = _vector(solved[ring[jet_name(f, n, 1)]] for f in FIELDS)
+        at_n_stresses = _vector(s[n] for s in stresses)
+        orders.append(Order(n, at_n_stresses, at_n, tip_n, linear, forcing, tip_linear, traction, slopes))
+    return Hierarchy(model, law, ring, straight, tuple(orders), tip_rules)
 
 
-def _base_state(model: RodModel, ring: JetRing) -> BaseState:
-    """Order 0 of the axial tip condition, linear in nu: solve it."""
-    axial = model.energy.diff(symbol("h1")).subs(
-        {symbol("h1"): symbol("nu"), symbol("h2"): 0, symbol("Pi"): 0}
+def _vector(rows: Iterable[PolyElement]) -> Vector:
+    x, y, theta = rows
+    return x, y, theta
+
+
+def _straight_rod(law: Constitution, ring: JetRing) -> StraightRod:
+    """Order 0: F1(nu) balances the compression; for F1 = k1 (nu - 1) it is solved for nu."""
+    load = ring["force"] if law.uniform else ring["load"]
+    k1, k2, k3 = (from_expr(k, ring) for k in law.stiffness)
+    balance = from_expr(law.axial, ring) + load
+    nu = None
+    if balance.diff(ring["nu"]) == k1:
+        nu = ring.reduce((k1 * ring["nu"] - balance) * ring["k1_inv"])
+    inverse = _vector(
+        ring[law.inverses[str(k)]] if str(k) in law.inverses else ring.one for k in law.stiffness
     )
-    balance = from_expr(axial - model.tip_load[0], ring)
-    slope = balance.diff(ring["nu"])
-    if slope != ring["k1"]:
-        raise NotImplementedError(
-            f"{model.name}: the axial balance {balance} = 0 is not k1 nu + ...; no closed nu"
-        )
-    nu = ring.reduce((slope * ring["nu"] - balance) * ring["k1_inv"])
-    return BaseState(balance, nu, ring["k2"] * ring["nu"] + ring["force"])
+    weights = []
+    for drag, v in zip(law.drag, VELOCITIES, strict=True):
+        constant = drag.xreplace({symbol(q): Integer(0) for q in SHIFTED}).coeff(symbol(v))
+        weights.append(from_expr(constant, ring))
+    return StraightRod(nu, balance, k2 * ring["nu"] + load, load, (k1, k2, k3), inverse, _vector(weights))
 
 
 def _stresses(
-    model: RodModel, kinematics: ExpandedKinematics, base: BaseState
+    law: Constitution, kinematics: ExpandedKinematics, straight: StraightRod
 ) -> tuple[Series, Series, Series]:
-    """(F1, F2, M) = grad W, expanded; F1 of the base state in terms of the force."""
+    """(F1, F2, M) = grad W, expanded; F1 of the straight rod is minus the compression it carries."""
     ring = kinematics.ring
-    names = ("h1", "h2", "Pi")
-    law = jet_ring([*names, "k1", "k2", "gamma1", "gamma3", "force"])
-    images = {law[q]: s for q, s in zip(names, kinematics.strains, strict=True)}
-    f1, f2, m = (
-        substitute(from_expr(model.energy.diff(symbol(q)).expand(), law), images, ring, kinematics.order)
-        for q in names
-    )
-    # Base state: F1 at order 0 equals the imposed load, whatever the constitutive law.
-    return (f1[0] - base.axial_balance, *f1[1:]), f2, m
+    h1, h2, curvature = kinematics.strains
+    small = {"stretch": (ring.zero, *h1[1:]), "h2": h2, "Pi": curvature}
+    f1, f2, m = (_insert(e, small, ring, kinematics.order) for e in law.stresses)
+    return (-straight.load, *f1[1:]), f2, m
+
+
+def _insert(e: Expr, images: dict[str, Series], ring: JetRing, order: int) -> Series:
+    """A polynomial of the constitution at series; its parameters are generators of ``ring``."""
+    names = sorted({s.name for s in e.free_symbols} | set(images))
+    law = jet_ring(names)
+    return substitute(from_expr(e, law), {law[q]: s for q, s in images.items()}, ring, order)
 
 
 def _balance(
-    model: RodModel, kinematics: ExpandedKinematics, stresses: tuple[Series, Series, Series], base: BaseState
+    law: Constitution,
+    kinematics: ExpandedKinematics,
+    stresses: tuple[Series, Series, Series],
+    straight: StraightRod,
 ) -> tuple[Series, Series, Series]:
-    """eq:dynamicsfull, drag minus elastic: zero on solutions; force written as mu - k2 nu."""
-    ring = kinematics.ring
-    names = ("v1", "v2", "Omega")
-    law = jet_ring([*names, "k1", "k2", "gamma1", "gamma3"])
-    images = {law[q]: s for q, s in zip(names, kinematics.velocities, strict=True)}
-    drag = [substitute(from_expr(d, law), images, ring, kinematics.order) for d in model.drag]
+    """eq:dynamicsfull, drag minus elastic: zero on solutions; the compression written as mu - k2 nu."""
+    ring, order = kinematics.ring, kinematics.order
     (f1, f2, m), (h1, h2, curvature) = stresses, kinematics.strains
+    small = {"stretch": (ring.zero, *h1[1:]), "h2": h2, "Pi": curvature}
+    small |= dict(zip(VELOCITIES, kinematics.velocities, strict=True))
+    drag = [_insert(d, small, ring, order) for d in law.drag]
+    body = [_insert(b, {"force": _detuned_force(ring, order)}, ring, order) for b in law.body_load]
 
     def d_u(s: Series) -> Series:
         return tuple(ring.derive(c, "u") for c in s)
 
     elastic = (
-        _combine((1, d_u(f1)), (-1, multiply(curvature, f2, ring))),
-        _combine((1, d_u(f2)), (1, multiply(curvature, f1, ring))),
-        _combine((1, d_u(m)), (1, multiply(h1, f2, ring)), (-1, multiply(h2, f1, ring))),
+        _combine((1, d_u(f1)), (-1, multiply(curvature, f2, ring)), (1, body[0])),
+        _combine((1, d_u(f2)), (1, multiply(curvature, f1, ring)), (1, body[1])),
+        _combine((1, d_u(m)), (1, multiply(h1, f2, ring)), (-1, multiply(h2, f1, ring)), (1, body[2])),
     )
-    letters = {ring["force"]: ring["mu"] - ring["k2"] * ring["nu"]}
+    letters = {straight.load: ring["mu"] - straight.stiffness[1] * ring["nu"]}
 
     def row(d: Series, e: Series) -> Series:
-        return tuple(ring.apply(a - b, letters) for a, b in zip(d, e, strict=True))
+        # At order 0 the straight rod balances; beyond it the compression appears through mu.
+        return (
+            ring.zero,
+            *(ring.reduce(ring.apply(a - b, letters)) for a, b in zip(d[1:], e[1:], strict=True)),
+        )
 
+    for name, rest in zip(("F1", "F2", "M"), (elastic[0][0], elastic[1][0], elastic[2][0]), strict=True):
+        if ring.reduce(rest):
+            raise ArithmeticError(f"the straight rod is not in balance: {name} leaves {rest}")
     x, y, theta = map(row, drag, elastic)
     return x, y, theta
 
 
+def _detuned_force(ring: JetRing, order: int) -> Series:
+    """force = critical force + epsilon^2 Delta."""
+    return (ring["force"], ring.zero, ring["Delta"], *[ring.zero] * order)[: order + 1]
+
+
 def _tip(
-    model: RodModel, stresses: tuple[Series, Series, Series], ring: JetRing
+    law: Constitution,
+    kinematics: ExpandedKinematics,
+    stresses: tuple[Series, Series, Series],
+    straight: StraightRod,
 ) -> tuple[Series, Series, Series]:
-    """Stresses minus load at u = 1, with force = critical force + epsilon^2 Delta."""
-    law = jet_ring(["force"])
-    order = len(stresses[0]) - 1
-    force = [ring["force"], ring.zero, ring["Delta"], *[ring.zero] * order][: order + 1]
-    loads = [
-        substitute(from_expr(load, law), {law["force"]: tuple(force)}, ring, order) for load in model.tip_load
-    ]
-    axial, shear, moment = (_combine((1, s), (-1, load)) for s, load in zip(stresses, loads, strict=True))
+    """Stresses minus load at u = 1."""
+    ring, order = kinematics.ring, kinematics.order
+    theta = (ring.zero, *(ring[jet_name("theta", n, 0)] for n in range(1, order + 1)))
+    images = {"theta": theta, "force": _detuned_force(ring, order)}
+    images |= dict(zip(VELOCITIES, kinematics.velocities, strict=True))
+    # What the straight rod carries at its tip: all of it under a tip load, nothing under a distributed one.
+    carried = ((-ring["force"] if law.uniform else ring.zero), *stresses[0][1:])
+    loads = [_insert(load, images, ring, order) for load in law.tip_load]
+    axial, shear, moment = (
+        _combine((1, s), (-1, load)) for s, load in zip((carried, *stresses[1:]), loads, strict=True)
+    )
+    if ring.reduce(axial[0]) or shear[0] or moment[0]:
+        raise ModelError(
+            "the tip load of a straight rod is not the axial force -force: "
+            f"it leaves {axial[0]}, {shear[0]}, {moment[0]}"
+        )
     return axial, shear, moment
 
 
@@ -183,19 +235,13 @@ def _fields_of_order(ring: JetRing, n: int) -> list[PolyElement]:
     return [g for g in ring.ring.gens if str(g).split("_")[0] in held]
 
 
-def _part_in(ring: JetRing, p: PolyElement, fields: list[PolyElement], *, linear: bool) -> PolyElement:
-    """The part of ``p`` of degree 1 in ``fields`` with no other field (linear), or of any positive degree."""
-    total = ring.zero
+def _linear_in(ring: JetRing, p: PolyElement, fields: list[PolyElement]) -> PolyElement:
+    """The part of ``p`` of degree 1 in ``fields`` and without any other field."""
     others = [g for g in ring.ring.gens if _is_jet(str(g)) and g not in fields]
-    for monomial, rest in ring.parts(p, fields).items():
-        degree = ring.degree(monomial, fields)
-        if linear and degree == 1:
-            for m2, rest2 in ring.parts(rest, others).items():
-                if not ring.degree(m2, others):
-                    total += monomial * m2 * rest2
-        elif not linear and degree:
-            total += monomial * rest
-    return total
+    alone = ring.coefficient(p, ring.one, others)
+    return sum(
+        (m * c for m, c in ring.parts(alone, fields).items() if ring.degree(m, fields) == 1), ring.zero
+    )
 
 
 def _is_jet(name: str) -> bool:
@@ -203,26 +249,17 @@ def _is_jet(name: str) -> bool:
     return head.rstrip("0123456789") in FIELDS and head[-1:].isdigit()
 
 
-def _tip_linear(ring: JetRing, n: int) -> Vector:
-    """eq:linearization's free-end conditions: x', y' - nu theta, theta'."""
-    x_u, y_u, theta_u = (ring[jet_name(f, n, 1)] for f in FIELDS)
-    return x_u, y_u - ring["nu"] * ring[jet_name("theta", n, 0)], theta_u
-
-
 def _solve_tip(
-    ring: JetRing, tip: Vector, n: int, lower: dict[PolyElement, PolyElement]
+    ring: JetRing, straight: StraightRod, linear: Vector, traction: Vector, n: int
 ) -> dict[PolyElement, PolyElement]:
-    """Solve the tip conditions of order n for x', y', theta' there; each enters linearly."""
-    rules = dict(lower)
+    """Solve the tip conditions of order n for x', y', theta' there; each enters its own row with its K."""
+    solved = {}
     slopes = [ring[jet_name(f, n, 1)] for f in FIELDS]
-    inverse = {"x": ring["k1_inv"], "y": ring["k2_inv"], "theta": ring.one}
-    for f, condition in zip(("theta", "x", "y"), (tip[2], tip[0], tip[1]), strict=True):
-        unknown = ring[jet_name(f, n, 1)]
-        scaled = ring.reduce(inverse[f] * condition)
-        coupled = [g for g in ring.generators_of(scaled - unknown) if g in slopes and g not in rules]
-        if scaled.diff(unknown) != ring.one or coupled:
-            raise ArithmeticError(
-                f"order {n}: the tip condition {condition} = 0 does not give {unknown} alone"
-            )
-        rules[unknown] = ring.rewrite(unknown - scaled, rules)
-    return rules
+    for unknown, row, t, k, inverse in zip(
+        slopes, linear, traction, straight.stiffness, straight.inverse, strict=True
+    ):
+        rest = row - k * unknown
+        if any(g in slopes for g in ring.generators_of(rest)):
+            raise ArithmeticError(f"order {n}: the tip condition {row} = {t} does not give {unknown} alone")
+        solved[unknown] = ring.reduce(inverse * (t - rest))
+    return solved

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 
 from sympy.polys.rings import PolyElement
 
-from derivation.jets import JetRing, jet_ring
-from derivation.symbols import FIELDS, jet_latex, jet_name, register
+from derivation.constitutive import Constitution
+from derivation.jets import JetRing, from_expr, jet_ring
+from derivation.symbols import FIELDS, jet_latex, jet_name, latex_of, register
 
 #: eq:perturbationtheory: a quantity as its coefficients of epsilon^0 ... epsilon^N.
 Series = tuple[PolyElement, ...]
-
-_PARAMETERS = ("k1", "k2", "gamma1", "gamma3", "force", "nu", "mu")
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def _exact_ring() -> JetRing:
         ):
             register(f + suffix, op + tex)
     ring = jet_ring(
-        ["cos", "sin", *jets, *_PARAMETERS],
+        ["cos", "sin", *jets],
         derivations={
             "u": {f"{f}{a}": b and f"{f}{b}" for f in FIELDS for a, b in
                   (("", "_u"), ("_u", "_uu"), ("_uu", None), ("_t", None))},
@@ -84,8 +83,10 @@ def _exact_ring() -> JetRing:
     return JetRing(ring.ring, derivations, products=((sin**2, 1 - cos**2),))
 
 
-def field_ring(order: int) -> JetRing:
+def field_ring(order: int, law: Constitution) -> JetRing:
     """The ring of jets of x, y, theta at orders 1 ... ``order``; two times, tau and T.
+
+    Where the straight rod is not uniform its stretch nu and the compression it carries depend on u.
 
     Raises:
         ValueError: if ``order`` is less than 1.
@@ -105,18 +106,40 @@ def field_ring(order: int) -> JetRing:
                 for k, d in enumerate(("u", "tau", "T")):
                     shifted = tuple(e + (j == k) for j, e in enumerate(jet))
                     maps[d][name] = jet_name(f, n, *shifted) if shifted in held else None
-    register("k1_inv", r"\tilde{k}_1^{-1}")
-    register("k2_inv", r"\tilde{k}_2^{-1}")
-    parameters = [*_PARAMETERS, "k1_inv", "k2_inv", "Delta"]
-    return jet_ring([*names, *parameters], maps, inverses={"k1": "k1_inv", "k2": "k2_inv"})
+    ring = jet_ring([*names, *parameter_names(law)], maps, inverses=law.inverses)
+    return with_straight_rod(ring, law)
 
 
-def expand_kinematics(exact: ExactKinematics, order: int) -> ExpandedKinematics:
+def parameter_names(law: Constitution) -> list[str]:
+    """Every constant of the theory: the model's parameters and the letters of its straight rod."""
+    for letter, inverse in law.inverses.items():
+        register(inverse, f"{latex_of(letter)}^{{-1}}")
+    own = ["k1", "k2", "gamma1", "gamma3", "force", "nu", "mu", *law.inverses.values(), "Delta"]
+    extra = [*law.parameters[5:], *law.constants, *([] if law.uniform else ["load"])]
+    return [*own, *extra]
+
+
+def with_straight_rod(ring: JetRing, law: Constitution) -> JetRing:
+    """Let nu, mu and the compression depend on u where a distributed load makes them.
+
+    load' = b and nu' = -load'/k1 with b the tangential force per length (b < 0 compresses towards the clamp).
+    """
+    if law.uniform:
+        return ring
+    b = from_expr(law.body_load[0], ring)
+    nu_u = ring.reduce(-b * ring["k1_inv"])
+    images = {ring["load"]: b, ring["nu"]: nu_u, ring["mu"]: ring["k2"] * nu_u + b}
+    derivations = {name: dict(given) for name, given in ring.derivations.items()}
+    derivations["u"] |= images
+    return JetRing(ring.ring, derivations, ring.conjugates, ring.products)
+
+
+def expand_kinematics(exact: ExactKinematics, law: Constitution, order: int) -> ExpandedKinematics:
     """Expand about x = nu u, y = theta = 0 through epsilon^order, for generic fields (appendix A).
 
     ``d/dt`` becomes ``d/dtau + epsilon^2 d/dT`` (eq:timederivative).
     """
-    ring = field_ring(order)
+    ring = field_ring(order, law)
     zero = ring.zero
 
     def field(f: str) -> Series:

@@ -9,7 +9,7 @@ from sympy import cos as cosine
 from sympy import sin as sine
 from sympy.polys.rings import PolyElement
 
-from derivation.jets import from_expr
+from derivation.jets import JetRing, from_expr, jet_ring
 from derivation.kinematics import ExactKinematics
 from derivation.model import RodModel
 from derivation.symbols import symbol
@@ -23,7 +23,8 @@ _VELOCITIES = ("v1", "v2", "Omega")
 class EquationsOfMotion:
     """Exact expressions in x_u, ..., theta_uu; ``stresses`` in h1, h2, Pi.
 
-    ``rates`` are (x_t, y_t, theta_t), ``tip`` the stresses minus the load at u = 1.
+    ``rates`` are (x_t, y_t, theta_t), ``tip`` the stresses minus the load at u = 1, ``tip_holds_rates``
+    whether the load has drag.
     """
 
     strains: Triple
@@ -31,6 +32,7 @@ class EquationsOfMotion:
     stresses: Triple
     rates: Triple
     tip: Triple
+    tip_holds_rates: bool
 
 
 def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfMotion:
@@ -50,26 +52,40 @@ def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfM
         for f in law
     )
     h1, h2, curvature = strains.values()
-    elastic = (f1_u - curvature * f2, f2_u + curvature * f1, m_u + h1 * f2 - h2 * f1)
+    b1, b2, b3 = model.body_load
+    elastic = (f1_u - curvature * f2 + b1, f2_u + curvature * f1 + b2, m_u + h1 * f2 - h2 * f1 + b3)
     # Drag acts along its own direction, so the velocity is elastic / (drag per unit velocity).
-    coefficients = [d.diff(symbol(v)) for d, v in zip(model.drag, _VELOCITIES, strict=True)]
-    v1, v2, spin = (e / c for e, c in zip(elastic, coefficients, strict=True))
-    # r_t = v1 e1 + v2 e2, the frame being orthonormal.
+    coefficients = [d.diff(symbol(v)).xreplace(strains) for d, v in zip(model.drag, _VELOCITIES, strict=True)]
+    balanced = {symbol(v): e / c for v, e, c in zip(_VELOCITIES, elastic, coefficients, strict=True)}
+    x_t, y_t, theta_t = (rate.xreplace(balanced) for rate in _rates_of_velocities(exact))
     c, s = cosine(symbol("theta")), sine(symbol("theta"))
-    rates = (v1 * c - v2 * s, v1 * s + v2 * c, spin)
-
-    put_back = {symbol(f"{f}_t"): rate for f, rate in zip(("x", "y", "theta"), rates, strict=True)}
-    for velocity, force, weight in zip(exact.velocities, elastic, coefficients, strict=True):
-        residue = (weight * _expr(velocity).xreplace(put_back) - force).expand()
-        if ring.reduce(from_expr(residue.xreplace({c: symbol("cos"), s: symbol("sin")}), ring)):
-            raise ArithmeticError(f"{model.name}: the rates do not balance the stresses: {residue}")
+    velocities = {symbol(v): _expr(p) for v, p in zip(_VELOCITIES, exact.velocities, strict=True)}
+    letters = {**velocities, symbol("cos"): c, symbol("sin"): s}
+    loads = [load.xreplace(letters) for load in model.tip_load]
+    held = set().union(*(load.free_symbols for load in model.tip_load))
     return EquationsOfMotion(
         tuple(strains.values()),
-        tuple(map(_expr, exact.velocities)),
+        tuple(velocities.values()),
         law,
-        rates,
-        tuple(f - load for f, load in zip((f1, f2, m), model.tip_load, strict=True)),
+        (x_t, y_t, theta_t),
+        tuple(f - load for f, load in zip((f1, f2, m), loads, strict=True)),
+        bool(held & set(map(symbol, _VELOCITIES))),
     )
+
+
+def _rates_of_velocities(exact: ExactKinematics) -> Triple:
+    """(x_t, y_t, theta_t) in (v1, v2, Omega): r_t = v1 e1 + v2 e2, the frame being orthonormal."""
+    ring, c, s = exact.ring, cosine(symbol("theta")), sine(symbol("theta"))
+    v1, v2, spin = map(symbol, _VELOCITIES)
+    rates = (v1 * c - v2 * s, v1 * s + v2 * c, spin)
+    put_back = {symbol(f"{f}_t"): rate for f, rate in zip(("x", "y", "theta"), rates, strict=True)}
+    wide = jet_ring([*map(str, ring.ring.symbols), *_VELOCITIES])
+    known = JetRing(wide.ring, products=((wide["sin"] ** 2, 1 - wide["cos"] ** 2),))
+    for velocity, name in zip(exact.velocities, (v1, v2, spin), strict=True):
+        residue = (_expr(velocity).xreplace(put_back) - name).expand()
+        if known.reduce(from_expr(residue.xreplace({c: symbol("cos"), s: symbol("sin")}), known)):
+            raise ArithmeticError(f"the rates do not reproduce {name}: {residue}")
+    return rates
 
 
 def _expr(p: PolyElement) -> Expr:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from derivation.adjoint import Adjoint, adjoint_problem
 from derivation.amplitude import Amplitude, amplitude_equations
+from derivation.constitutive import Constitution, expand_model
 from derivation.corrections import SecondOrder, second_order
 from derivation.eigenproblem import Eigenproblem, eigenproblem
 from derivation.harmonics import Modes, first_order
@@ -18,9 +19,13 @@ from derivation.solvability import LandauCoefficients, solvability
 
 @dataclass(frozen=True)
 class Derivation:
-    """Every stage's record, in the order in which they were made."""
+    """Every stage's record, in the order in which they were made.
+
+    ``eigenproblem`` is None where the straight rod is not uniform: its modes are no exponentials.
+    """
 
     model: RodModel
+    law: Constitution
     exact: ExactKinematics
     kinematics: ExpandedKinematics
     hierarchy: Hierarchy
@@ -29,7 +34,7 @@ class Derivation:
     third: ThirdOrder
     adjoint: Adjoint
     landau: LandauCoefficients
-    eigenproblem: Eigenproblem
+    eigenproblem: Eigenproblem | None
     amplitude: Amplitude
 
 
@@ -46,16 +51,20 @@ def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
     """
     if order != 3:
         raise ValueError(f"order = {order}: the amplitude equation is derived at order 3")
+    law = expand_model(model, order)
     exact = exact_kinematics()
-    kinematics = expand_kinematics(exact, order)
-    hierarchy = build_hierarchy(model, kinematics)
+    kinematics = expand_kinematics(exact, law, order)
+    hierarchy = build_hierarchy(model, law, kinematics)
     modes = first_order(hierarchy)
     second = second_order(hierarchy, modes)
     third = third_order(hierarchy, second)
-    adjoint = adjoint_problem(second.modes, modes.eigenoperator(hierarchy[1].linear))
-    landau = solvability(third, adjoint)
+    adjoint = adjoint_problem(hierarchy, second.modes)
+    landau = solvability(hierarchy, third, adjoint)
+    exponentials = eigenproblem(hierarchy, adjoint) if law.uniform else None
+    amplitude = amplitude_equations()
     return Derivation(
         model,
+        law,
         exact,
         kinematics,
         hierarchy,
@@ -64,6 +73,6 @@ def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
         third,
         adjoint,
         landau,
-        eigenproblem(adjoint),
-        amplitude_equations(),
+        exponentials,
+        amplitude,
     )

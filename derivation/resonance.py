@@ -18,7 +18,7 @@ from derivation.corrections import SecondOrder
 from derivation.harmonics import Modes
 from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing
-from derivation.symbols import BAR, TIP
+from derivation.symbols import BAR, FIELDS, TIP, jet_name
 
 Pair = tuple[PolyElement, PolyElement]
 
@@ -36,36 +36,49 @@ class Resonant:
 
 
 @dataclass(frozen=True)
-class ThirdOrder:
-    """Everything of order 3.
+class Transformation:
+    """Variables whose tip conditions of order 3 are homogeneous.
 
     Attributes:
         tip_residue: (b2, b3): y' - nu theta = b2, theta' = b3 at the tip, in jets (eq:followercubic_geom).
         local: what is subtracted from theta, in jets: (theta^(1))^3/6.
         rest: what remains of b2 after that, in jets; y is shifted by -rest(1) u (eq:cubic_transform).
         shift: (s_y, s_theta) = (y, theta) - (transformed y, theta), in modes.
-        transformed_tip: tip residue of the transformed variables, zero.
+        tip: tip residue of the transformed variables, zero.
         forcing: (f2, f3) of the transformed system (eq:cubic_forced_system), all harmonics, in modes.
         resonant: its resonant part (eq:cubicforcing): cubic = (g1, g3), detuning = (g2, g4).
-        untransformed, boundary: the resonant bulk forcing and the resonant tip residue (b2, b3) when the
-            variables are left as they are.
     """
 
     tip_residue: Pair
     local: PolyElement
     rest: PolyElement
     shift: Pair
-    transformed_tip: Pair
+    tip: Pair
     forcing: Pair
     resonant: Resonant
-    untransformed: Resonant
-    boundary: Resonant
 
     @property
     def g(self) -> tuple[PolyElement, PolyElement, PolyElement, PolyElement]:
         """(g1, g2, g3, g4) of eq:cubicforcing."""
         (g1, g3), (g2, g4) = self.resonant.cubic, self.resonant.detuning
         return g1, g2, g3, g4
+
+
+@dataclass(frozen=True)
+class ThirdOrder:
+    """Everything of order 3.
+
+    Attributes:
+        forcing: (f2, f3) of the variables as they are, all harmonics, in modes.
+        bulk: its resonant part.
+        traction: the resonant part of (t2, t3), what loads the tip at this order.
+        transformed: the variables that have no such load, where the load's structure allows them.
+    """
+
+    forcing: Pair
+    bulk: Resonant
+    traction: Resonant
+    transformed: Transformation | None
 
 
 def linear_profile(u: PolyElement) -> PolyElement:
@@ -76,61 +89,57 @@ def linear_profile(u: PolyElement) -> PolyElement:
 def third_order(
     hierarchy: Hierarchy, second: SecondOrder, profile: Callable[[PolyElement], PolyElement] = linear_profile
 ) -> ThirdOrder:
-    """Derive the transformed system of order 3 and its resonant part.
+    """Derive the forcing of order 3, its resonant part, and the transformed system.
 
     Raises:
         ArithmeticError: if the transformed tip conditions are not homogeneous, for instance because
             ``profile`` is not 0 at u = 0 with slope 1 at u = 1.
     """
     modes, order = second.modes, hierarchy[3]
-    jets = hierarchy.ring
-    # The fields that vanish at the lower orders (x1, y2, theta2) are dropped from what is shown.
-    residue: Pair = tuple(_drop_vanishing(jets, modes, b) for b in order.tip_forcing[1:])
-    local, rest = _split_residue(jets, residue[0])
-    if residue[1]:
-        raise ArithmeticError(f"theta' is forced at the tip: {residue[1]}; keep the boundary term instead")
+    f2, f3 = (modes.reduce(modes.image(f)) for f in order.forcing[1:])
+    t2, t3 = (modes.at_tip(modes.image(t)) for t in order.traction[1:])
+    return ThirdOrder(
+        (f2, f3),
+        resonant_part(modes, (f2, f3)),
+        resonant_part(modes, (t2, t3)),
+        _transform(hierarchy, modes, (f2, f3), profile),
+    )
 
+
+def _transform(
+    hierarchy: Hierarchy, modes: Modes, forcing: Pair, profile: Callable[[PolyElement], PolyElement]
+) -> Transformation | None:
+    """Find what has to be subtracted; None where the load mixes order-3 fields into the conditions."""
+    jets, order = hierarchy.ring, hierarchy[3]
+    theta3 = jets[jet_name("theta", 3, 0)]
+    # The fields that vanish at the lower orders (x1, y2, theta2) are dropped from what is shown.
+    b2 = _drop_vanishing(jets, modes, order.slopes[1] - jets["nu"] * theta3)
+    b3 = _drop_vanishing(jets, modes, order.slopes[2])
+    if b3 or theta3 in jets.generators_of(b2):
+        return None
+    local, rest = _split_residue(jets, b2)
     ring, u = modes.ring, modes.ring["u"]
     s_theta = modes.image(local)
     s_y = profile(u) * at_tip_value(modes, modes.image(rest))
-    forcing: Pair = tuple(modes.image(f) for f in order.forcing[1:])
-    operator = linear_rows(modes, (s_y, s_theta))
     # linear(xi) = f with xi = transformed + shift, so linear(transformed) = f - linear(shift).
-    transformed: Pair = tuple(modes.reduce(f - s) for f, s in zip(forcing, operator, strict=True))
-    untransformed: Pair = tuple(modes.reduce(f) for f in forcing)
-    boundary: Pair = tuple(modes.at_tip(modes.image(b)) for b in residue)
-
+    operator = linear_rows(hierarchy, modes, (s_y, s_theta))
+    f2, f3 = (modes.reduce(f - s) for f, s in zip(forcing, operator, strict=True))
     d = ring.derive
-    left = (
-        boundary[0] - modes.at_tip(d(s_y, "u") - ring["nu"] * s_theta),
-        boundary[1] - modes.at_tip(d(s_theta, "u")),
+    tip = (
+        modes.at_tip(modes.image(b2)) - modes.at_tip(d(s_y, "u") - ring["nu"] * s_theta),
+        -modes.at_tip(d(s_theta, "u")),
     )
-    if any(left) or any(modes.at_clamp(s) for s in (s_y, s_theta)):
-        raise ArithmeticError(f"the transformed conditions are not homogeneous: {left}")
-    return ThirdOrder(
-        residue,
-        local,
-        rest,
-        (s_y, s_theta),
-        left,
-        transformed,
-        resonant_part(modes, transformed),
-        resonant_part(modes, untransformed),
-        resonant_part(modes, boundary),
+    if any(tip) or any(modes.at_clamp(s) for s in (s_y, s_theta)):
+        raise ArithmeticError(f"the transformed conditions are not homogeneous: {tip}")
+    return Transformation(
+        (b2, b3), local, rest, (s_y, s_theta), tip, (f2, f3), resonant_part(modes, (f2, f3))
     )
 
 
-def linear_rows(modes: Modes, shift: Pair) -> Pair:
-    """Gamma d_tau s - M s for (y, theta) = s, the rows of eq:cubic_forced_system without forcing."""
-    ring = modes.ring
-    (s_y, s_theta), d = shift, ring.derive
-    s_y_u, s_theta_u = d(s_y, "u"), d(s_theta, "u")
-    y = modes.d_tau(s_y) - ring["k2"] * d(s_y_u, "u") + ring["mu"] * s_theta_u
-    theta = (
-        ring["gamma3"] * modes.d_tau(s_theta)
-        - d(s_theta_u, "u")
-        - ring["mu"] * (s_y_u - ring["nu"] * s_theta)
-    )
+def linear_rows(hierarchy: Hierarchy, modes: Modes, shift: Pair) -> Pair:
+    """Gamma d_tau s - M s for (y, theta) = s: the order-3 rows without forcing."""
+    with_shift = modes.with_rules({("y", 3): shift[0], ("theta", 3): shift[1]}, {})
+    y, theta = (with_shift.image(row) for row in hierarchy[3].linear[1:])
     return y, theta
 
 
@@ -174,8 +183,13 @@ def _split_residue(jets: JetRing, residue: PolyElement) -> Pair:
     local, rest = jets.zero, jets.zero
     for monomial, c in jets.parts(residue, [nu]).items():
         power = jets.degree(monomial, [nu])
-        if power == 1 and not any("_" in str(g) for g in jets.generators_of(c)):
+        if power == 1 and not any(_is_derivative(str(g)) for g in jets.generators_of(c)):
             local -= c
         else:
             rest += monomial * c
     return local, rest
+
+
+def _is_derivative(name: str) -> bool:
+    head, _, derivatives = name.partition("_")
+    return bool(derivatives) and head[-1:].isdigit() and head.rstrip("0123456789") in FIELDS

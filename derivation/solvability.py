@@ -1,8 +1,12 @@
-r"""Fredholm's condition at order 3, twice: with the transformed variables and with the boundary term kept.
+r"""Fredholm's condition at order 3, twice: the tip load of that order kept, and transformed away.
 
-With  L xi = (i omega Gamma - M) xi = f  and  y' - nu theta = b2, theta' = b3  at the tip, Lagrange's identity
-gives  int Psi^dagger f du + Q(1) - Q(0) = 0, and Q(1) = k2 Psi_Y^* b2 + Psi_Theta^* b3  by the adjoint
-conditions. The transformed variables have b = 0; both ways must give the same alpha and beta.
+With  (i omega Gamma - M) xi = f  and  S xi = t  at the tip (stresses minus load), Lagrange's identity and the
+adjoint conditions give
+
+    int Psi^dagger f du + Psi^dagger t (1) = 0.
+
+That holds for every rod. Where transformed variables exist they have t = 0; both ways must give the same
+alpha and beta, and that they do is proved.
 """
 
 from __future__ import annotations
@@ -13,9 +17,10 @@ from sympy.polys.rings import PolyElement
 
 from derivation.adjoint import Adjoint
 from derivation.harmonics import Modes
-from derivation.jets import JetRing
+from derivation.hierarchy import Hierarchy
+from derivation.jets import JetRing, from_expr, homomorphism
 from derivation.resonance import Pair, ThirdOrder
-from derivation.symbols import BAR, TIP
+from derivation.symbols import BAR, STRAIGHT, TIP
 
 
 @dataclass(frozen=True)
@@ -28,22 +33,22 @@ class Functional:
 
 @dataclass(frozen=True)
 class LandauCoefficients:
-    """alpha = cubic/norm and beta = detuning/norm (eq:alphabetaformulas), by both routes.
+    """alpha = cubic/norm and beta = detuning/norm (eq:alphabetaformulas).
 
     Attributes:
-        norm: int Psi_Y^* Y + gamma3 Psi_Theta^* Theta du, the weight of dA/dT.
-        cubic, detuning: with transformed variables; their boundary part is zero.
+        norm: int Psi^dagger Gamma (Y, Theta) du and what a load with drag adds, the weight of dA/dT.
         cubic_kept, detuning_kept: with the boundary term kept.
+        cubic, detuning: with transformed variables, their boundary part being zero; None without them.
     """
 
     norm: Functional
-    cubic: Functional
-    detuning: Functional
     cubic_kept: Functional
     detuning_kept: Functional
+    cubic: Functional | None
+    detuning: Functional | None
 
 
-def solvability(third: ThirdOrder, adjoint: Adjoint) -> LandauCoefficients:
+def solvability(hierarchy: Hierarchy, third: ThirdOrder, adjoint: Adjoint) -> LandauCoefficients:
     """Project the resonant forcing on the adjoint mode; prove that both routes agree.
 
     Raises:
@@ -51,30 +56,38 @@ def solvability(third: ThirdOrder, adjoint: Adjoint) -> LandauCoefficients:
     """
     modes = adjoint.modes
     ring = modes.ring
-    norm = Functional(-_project(modes, third.resonant.slow), ring.zero)
-    results = [
-        Functional(_project(modes, rows), ring.zero)
-        for rows in (third.resonant.cubic, third.resonant.detuning)
-    ]
-    kept = [
-        Functional(_project(modes, rows), _tip_term(modes, b))
-        for rows, b in (
-            (third.untransformed.cubic, third.boundary.cubic),
-            (third.untransformed.detuning, third.boundary.detuning),
+    slow, cubic, detuning = (
+        Functional(_project(modes, rows), _tip_term(modes, t))
+        for rows, t in (
+            (third.bulk.slow, third.traction.slow),
+            (third.bulk.cubic, third.traction.cubic),
+            (third.bulk.detuning, third.traction.detuning),
         )
-    ]
+    )
+    norm = Functional(-slow.integrand, -slow.boundary)
+    transformed = third.transformed
+    if transformed is None:
+        return LandauCoefficients(norm, cubic, detuning, None, None)
     a, a_bar, delta = ring["A"], ring["A" + BAR], ring["Delta"]
-    for one, two, monomial in zip(results, kept, (a**2 * a_bar, delta * a), strict=True):
-        shift: Pair = tuple(modes.component(s, monomial) for s in third.shift)
-        prove_equal(adjoint, one, two, shift)
-    return LandauCoefficients(norm, *results, *kept)
+    shifted = []
+    for kept, rows, monomial in (
+        (cubic, transformed.resonant.cubic, a**2 * a_bar),
+        (detuning, transformed.resonant.detuning, delta * a),
+    ):
+        one = Functional(_project(modes, rows), ring.zero)
+        s_y, s_theta = (modes.component(s, monomial) for s in transformed.shift)
+        prove_equal(hierarchy, adjoint, one, kept, (s_y, s_theta))
+        shifted.append(one)
+    return LandauCoefficients(norm, cubic, detuning, *shifted)
 
 
-def prove_equal(adjoint: Adjoint, transformed: Functional, kept: Functional, shift: Pair) -> None:
+def prove_equal(
+    hierarchy: Hierarchy, adjoint: Adjoint, transformed: Functional, kept: Functional, shift: Pair
+) -> None:
     """transformed - kept is a total derivative whose end terms cancel the boundary term.
 
-    The shift s of the variables changes the bulk forcing by -L s, and Psi^dagger L s = -dQ(Psi, s)/du modulo
-    the adjoint equations.
+    The shift s of the variables changes the bulk forcing by -(i omega Gamma - M) s, and
+    Psi^dagger (i omega Gamma - M) s = -dQ(Psi, s)/du modulo the adjoint equations.
 
     Raises:
         ArithmeticError: if one of the two steps fails.
@@ -83,25 +96,30 @@ def prove_equal(adjoint: Adjoint, transformed: Functional, kept: Functional, shi
     ring = modes.ring
     q = _concomitant_of(adjoint, shift)
     bulk = modes.reduce(transformed.integrand - kept.integrand - ring.derive(q, "u"))
-    if canonical(ring, bulk):
+    if canonical(hierarchy, ring, bulk):
         raise ArithmeticError(f"the two integrands do not differ by a total derivative: {bulk}")
-    ends = modes.at_tip(q) - modes.at_clamp(q) - kept.boundary
-    ends = tip_values(modes, ends)
-    if canonical(ring, ends):
+    ends = tip_values(modes, modes.at_tip(q) - modes.at_clamp(q) - kept.boundary)
+    if canonical(hierarchy, ring, ends):
         raise ArithmeticError(f"the end terms do not cancel: {ends}")
 
 
-def canonical(ring: JetRing, p: PolyElement) -> PolyElement:
-    """The normal form in which equality is decided: mu and force eliminated, k1 nu, 1/k1, 1/k2 resolved.
+def canonical(hierarchy: Hierarchy, ring: JetRing, p: PolyElement) -> PolyElement:
+    """A form that vanishes iff ``p`` does: mu and the compression written in nu, no inverse stiffness left.
 
-    mu = k2 nu + force and force = k1 (1 - nu).
+    mu = k2 nu + load, and the load is what F1(nu) balances. Inverses are cleared by multiplying with their
+    stiffness, which is not zero, before a stiffness is replaced by its formula in nu.
     """
-    return ring.reduce(
-        ring.apply(
-            ring.apply(p, {ring["mu"]: ring["k2"] * ring["nu"] + ring["force"]}),
-            {ring["force"]: ring["k1"] * (1 - ring["nu"])},
-        )
-    )
+    straight, law = hierarchy.straight, hierarchy.law
+    mu, balance = (homomorphism(q, {}, ring) for q in (straight.mu, straight.balance))
+    load = homomorphism(straight.load, {}, ring)
+    p = ring.apply(p, {ring["mu"]: mu})
+    if law.uniform:
+        p = ring.apply(p, {load: load - balance})
+    p = ring.reduce(p)
+    for letter, inverse in law.inverses.items():
+        p = ring.reduce(p * ring[letter] ** ring.degree(p, [ring[inverse]]))
+    formulas = {ring[name]: from_expr(e, ring) for name, e in law.constants.items() if name in STRAIGHT}
+    return ring.reduce(ring.apply(p, formulas))
 
 
 def tip_values(modes: Modes, p: PolyElement) -> PolyElement:
@@ -116,9 +134,9 @@ def _project(modes: Modes, rows: Pair) -> PolyElement:
     return modes.reduce(ring["Psi_Y" + BAR] * rows[0] + ring["Psi_Theta" + BAR] * rows[1])
 
 
-def _tip_term(modes: Modes, b: Pair) -> PolyElement:
+def _tip_term(modes: Modes, t: Pair) -> PolyElement:
     ring = modes.ring
-    return ring["k2"] * ring["Psi_Y" + BAR + TIP] * b[0] + ring["Psi_Theta" + BAR + TIP] * b[1]
+    return ring["Psi_Y" + BAR + TIP] * t[0] + ring["Psi_Theta" + BAR + TIP] * t[1]
 
 
 def _concomitant_of(adjoint: Adjoint, shift: Pair) -> PolyElement:

@@ -72,6 +72,15 @@ SHAPES: dict[str, tuple[str, str]] = {
     "Psi_Theta": (r"\Psi_\Theta", "angular part of the adjoint mode"),
 }
 
+#: Properties of the straight rod that a model need not give in closed form.
+STRAIGHT: dict[str, tuple[str, str]] = {
+    "K1": ("K_1", "stretch stiffness of the straight rod, d2W/dh1^2"),
+    "K2": ("K_2", "shear stiffness of the straight rod, d2W/dh2^2"),
+    "K3": ("K_3", "bending stiffness of the straight rod, d2W/dPi^2"),
+    "load": ("P", "compression carried by the straight rod, a function of u under a distributed load"),
+    "nu_inv": (r"\nu^{-1}", "1/nu"),
+}
+
 FIELDS: dict[str, str] = {"x": "x", "y": "y", "theta": r"\theta"}
 
 BAR = "_bar"
@@ -92,6 +101,11 @@ def register(name: str, latex: str) -> Symbol:
     return symbol(name)
 
 
+def parameter(name: str, latex: str = "") -> Symbol:
+    """A model's own parameter."""
+    return register(name, latex or name)
+
+
 def jet_name(field: str, order: int, u: int, tau: int = 0, slow: int = 0) -> str:
     """Name of a derivative of the order-``order`` field: ``theta1_uu``, ``y3_tau``, ``x1_T``."""
     suffix = "u" * u + "tau" * tau + "T" * slow
@@ -110,7 +124,7 @@ def shape_latex(shape: str, u: int = 0, bar: bool = False, tip: bool = False) ->
     return SHAPES[shape][0] + "'" * u + ("^*" if bar else "") + ("(1)" if tip else "")
 
 
-for _table in (PARAMETERS, QUANTITIES, AMPLITUDE, SHAPES):
+for _table in (PARAMETERS, QUANTITIES, AMPLITUDE, SHAPES, STRAIGHT):
     for _name, (_tex, _) in _table.items():
         register(_name, _tex)
 
@@ -120,9 +134,14 @@ def latex_names() -> dict[Symbol, str]:
     return {symbol(name): tex for name, tex in _latex.items()}
 
 
+def latex_of(name: str) -> str:
+    """How the symbol of that name is typeset."""
+    return _latex.get(name, name)
+
+
 def meaning(name: str) -> str:
     """What the symbol of that name stands for; empty when it is a derivative of another."""
-    for table in (PARAMETERS, QUANTITIES, AMPLITUDE, SHAPES):
+    for table in (PARAMETERS, QUANTITIES, AMPLITUDE, SHAPES, STRAIGHT):
         if name in table:
             return table[name][1]
     return ""

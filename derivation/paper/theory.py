@@ -66,14 +66,15 @@ class Theory:
             table |= {q: lambda s=s: s for q, s in zip(STRESSES, order.stresses, strict=True)}  # type: ignore[misc]
             table |= {q: lambda s=s: s for q, s in zip(("f1", "f2", "f3"), order.forcing, strict=True)}  # type: ignore[misc]
             if quantity == "b1":
-                return from_ring(order.tip_forcing[0]).at(1)
+                return from_ring(order.slopes[0]).at(1)
             if n == 3 and transformed and quantity in ("f1", "f2", "f3", "y_hat", "theta_hat"):
                 return self._transformed(quantity)
         return from_ring(table[quantity]()) if quantity in table else None
 
     def _transformed(self, quantity: str) -> Poly:
         """Order 3 in the transformed variables: x is left as it is and is not forced."""
-        third = self.d.third
+        third = self.d.third.transformed
+        assert third is not None
         if quantity == "f1":
             return self.vanishing(from_ring(self.d.hierarchy[3].forcing[0]), 3)
         if quantity == "y_hat":
@@ -88,7 +89,7 @@ class Theory:
         second, ring = self.d.second, self.d.modes.ring
         shear = from_ring(ring["Y_u"]) - from_ring(ring["nu"] * ring["Theta"])
         found = {"H": shear, "P0": from_ring(second.mean.tension), "P2": from_ring(second.harmonic.tension)}
-        found |= {f"g{k}": from_ring(g) for k, g in enumerate(self.d.third.g, 1)}
+        found |= {f"g{k}": from_ring(g) for k, g in enumerate(self.d.third.transformed.g, 1)}
         return {name: p.rewrite(lambda a: self._shape_meaning(a, found)) for name, p in found.items()}
 
     def _shape_meaning(self, a: Atom, found: dict[str, Poly]) -> Poly | None:
@@ -159,7 +160,7 @@ class Theory:
     @cached_property
     def resonant(self) -> tuple[Poly, Poly]:
         """The resonant forcing of y and theta, in A and its slow derivative, without e^{i omega t}."""
-        r = self.d.third.resonant
+        r = self.d.third.transformed.resonant
         a, a_bar = atom(Atom("amplitude", "A")), atom(Atom("amplitude", "A", bar=True))
         slow = atom(Atom("amplitude", "A", slow=1))
         y, theta = (
@@ -294,7 +295,7 @@ class Theory:
     @cached_property
     def _constants(self) -> dict[str, Poly]:
         """nu and mu by the base state; the saturated amplitude and what follows from it."""
-        amplitude, base = self.d.amplitude, self.d.hierarchy.base
+        amplitude, base = self.d.amplitude, self.d.hierarchy.straight
         detuning = constant("epsilon") ** 2 * constant("Delta")
         slope = from_ring(amplitude.sigma[0]) * from_ring(amplitude.sigma[1]).inverse()
         delta = constant("Delta").inverse()

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "d09aebb9a94ab269f6543678ee63e6fbe8a520e018d2c1152577814247fdc64a"
+FINGERPRINT = "0b0fac0464b85be225850cb781d9dea1cfc8f2c816c18d59ceb8bdcfd8f7288f"

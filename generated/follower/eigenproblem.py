@@ -9,7 +9,7 @@ def base_state(k1, k2, force):
     k2 (...): shear stiffness ratio k2 L^2/k3
     force (...): follower force F L^2/k3
     Returns nu, mu.
-    Paper: eq:basestate, eq:linearization.
+    Paper: eq:basestate.
     Operations: 2 additions, 1 multiplication, 1 division.
     """
     t0 = 1 - force/k1
@@ -85,7 +85,8 @@ def mode_amplitudes(r, lam, k1, k2, force):
 
 
 def boundary_column(r, exp_r, lam, k1, k2, force):
-    """Contributions of one exponential to Y(0), Theta(0), H(1), Theta'(1).
+    """Contributions of one exponential to Y(0), Theta(0) and to the tip stresses over their stiffness: H(1)
+    and Theta'(1) where the load follows.
 
     r (...): exponent of exp(r u)
     exp_r (...): exp(r), or any multiple of it that scales the column
@@ -111,8 +112,8 @@ def boundary_column(r, exp_r, lam, k1, k2, force):
 
 
 def adjoint_boundary_column(r, exp_r, lam, k1, k2, force):
-    """Contributions to Psi_Y(0), Psi_Theta(0), k2 Psi_Y'(1) - mu Psi_Theta(1), Psi_Theta'(1) + force
-    Psi_Y(1).
+    """Contributions to Psi_Y(0), Psi_Theta(0) and to the two adjoint tip conditions: k2 Psi_Y'(1) - mu
+    Psi_Theta(1) and Psi_Theta'(1) + force Psi_Y(1) where the load follows.
 
     r (...): exponent of exp(r u)
     exp_r (...): exp(r), or any multiple of it that scales the column

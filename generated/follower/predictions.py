@@ -31,7 +31,7 @@ def phase_rate(R, Delta, alpha_im, beta_im):
 
 
 def saturated_modulus_squared(Delta, alpha_re, beta_re):
-    """R*^2; negative where there is no such solution.
+    """R*^2; negative where the branch does not exist.
 
     Delta (...): detuning (force - critical force)/epsilon^2
     alpha_re (...): real part of alpha

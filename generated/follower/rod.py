@@ -76,7 +76,7 @@ def right_hand_side(xp, x_u, x_uu, y_u, y_uu, theta, theta_u, theta_uu, k1, k2, 
     gamma3 (...): rotational drag ratio gamma3/(gamma2 L^2)
     gamma1 (...): translational drag ratio gamma1/gamma2
     Returns x_t, y_t, theta_t.
-    Paper: eq:dynamicsfull, eq:explicitdynamics, eq:drag.
+    Paper: eq:dynamicsfull.
     Operations: 15 additions, 27 multiplications, 2 divisions, 2 function calls.
     """
     t0 = xp.sin(theta)

@@ -3,7 +3,7 @@
 
 
 def X0_operator():
-    """c in k1 X0'' = c X0 + forcing, the mean longitudinal correction.
+    """c in K1 X0'' = c X0 + forcing, the mean longitudinal correction.
 
     Returns c.
     Paper: eq:longitudinalODE.
@@ -13,7 +13,7 @@ def X0_operator():
 
 
 def X0_forcing(Y, Theta, Theta_u, H, lam, k1, k2, gamma1, force):
-    """Forcing in k1 X0'' = c X0 + forcing, with Y'' eliminated.
+    """Forcing in K1 X0'' = c X0 + forcing, with Y'' eliminated.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode
@@ -68,7 +68,7 @@ def P0(Theta, H, X0_u, k1, force):
 
 
 def P0_slope(Y, Theta, Theta_u, H, lam, k2, gamma1):
-    """P0' from the axial force balance; P0(1) = 0. Free of cancellation.
+    """P0' from the axial force balance. Free of cancellation.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode
@@ -86,8 +86,18 @@ def P0_slope(Y, Theta, Theta_u, H, lam, k2, gamma1):
     return H_bar*Theta_u*k2 + Theta_bar*Y*gamma1*lam
 
 
+def P0_tip():
+    """P0(1), where P0_slope is integrated from; 0 where the load follows.
+
+    Returns tension.
+    Paper: eq:followerquadratic.
+    Operations: none.
+    """
+    return 0
+
+
 def X2_operator(lam, gamma1):
-    """c in k1 X2'' = c X2 + forcing, the second-harmonic longitudinal correction.
+    """c in K1 X2'' = c X2 + forcing, the second-harmonic longitudinal correction.
 
     lam (...): i omega at the threshold, purely imaginary
     gamma1 (...): translational drag ratio gamma1/gamma2
@@ -99,7 +109,7 @@ def X2_operator(lam, gamma1):
 
 
 def X2_forcing(Y, Theta, Theta_u, H, lam, k1, k2, gamma1, force):
-    """Forcing in k1 X2'' = c X2 + forcing, with Y'' eliminated.
+    """Forcing in K1 X2'' = c X2 + forcing, with Y'' eliminated.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode
@@ -147,7 +157,7 @@ def P2(Theta, H, X2_u, k1, force):
 
 
 def P2_slope(Y, Theta, Theta_u, H, X2, lam, k2, gamma1):
-    """P2' from the axial force balance; P2(1) = 0. Free of cancellation.
+    """P2' from the axial force balance. Free of cancellation.
 
     Y (..., nodes): transverse shape of the critical mode, Y(1) = 1
     Theta (..., nodes): angle of the critical mode
@@ -162,3 +172,13 @@ def P2_slope(Y, Theta, Theta_u, H, X2, lam, k2, gamma1):
     Operations: 2 additions, 6 multiplications.
     """
     return H*Theta_u*k2 + gamma1*lam*(2*X2 + Theta*Y)
+
+
+def P2_tip():
+    """P2(1), where P2_slope is integrated from; 0 where the load follows.
+
+    Returns tension.
+    Paper: eq:followerquadratic.
+    Operations: none.
+    """
+    return 0

@@ -1,0 +1,248 @@
+r"""A model expanded about the straight rod: stresses, drag and loads as polynomials in small quantities.
+
+The straight rod has strains (nu, 0, 0). With s = h1 - nu the energy is its Taylor polynomial in (s, h2, Pi),
+the drag coefficients theirs, the tip load its own in theta and the velocities. Taylor coefficients that are
+polynomials in the parameters and nu enter as they are; the second derivatives K1, K2, K3 of the energy get a
+letter of their own unless they are a lone parameter; anything else becomes a named constant whose formula
+is kept for evaluation.
+
+Assumptions of the theory are checked here, on the data: reflection symmetry (theta, y) -> (-theta, -y), no
+coupling of shear and bending at the straight rod, drag along its own direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+from sympy import Expr, Integer, Poly, Symbol, factorial
+from sympy import cos as cosine
+from sympy import sin as sine
+
+from derivation.errors import ModelError
+from derivation.model import RodModel
+from derivation.symbols import STRAIGHT, register, symbol
+
+STRAINS = ("h1", "h2", "Pi")
+SHIFTED = ("stretch", "h2", "Pi")
+VELOCITIES = ("v1", "v2", "Omega")
+BASIC = ("k1", "k2", "gamma1", "gamma3", "force")
+
+
+@dataclass(frozen=True)
+class Constitution:
+    """The expanded model.
+
+    Attributes:
+        stresses: (F1, F2, M) as polynomials in (stretch, h2, Pi), the base value of F1 left out.
+        axial: F1 of the straight rod as a function of nu.
+        drag: polynomials in (stretch, h2, Pi) times the velocities.
+        tip_load, body_load: polynomials in (theta, v1, v2, Omega, force) and force.
+        stiffness: the letters of (K1, K2, K3), 1 where it is one.
+        inverses: letter -> name of its inverse.
+        constants: name -> formula in the parameters and nu, for every letter that is not a parameter.
+        parameters: all parameters of the model, in order.
+        uniform: whether nu is the same at every u.
+    """
+
+    stresses: tuple[Expr, Expr, Expr]
+    axial: Expr
+    drag: tuple[Expr, Expr, Expr]
+    tip_load: tuple[Expr, Expr, Expr]
+    body_load: tuple[Expr, Expr, Expr]
+    stiffness: tuple[Expr, Expr, Expr]
+    inverses: dict[str, str]
+    constants: dict[str, Expr]
+    parameters: tuple[str, ...]
+    uniform: bool
+
+
+def expand_model(model: RodModel, order: int) -> Constitution:
+    """Taylor polynomials of a model to what ``order`` needs.
+
+    Raises:
+        ModelError: if the model breaks an assumption of the theory; the message says which and where.
+    """
+    letters = _Letters(model)
+    _require_known(model, letters.parameters)
+    energy = _taylor(model.energy, order + 1)
+    _require_reflection(model, energy)
+    stiffness = []
+    for k, name in enumerate(("K1", "K2", "K3")):
+        index = tuple(2 * (j == k) for j in range(3))
+        stiffness.append(letters.stiffness(name, 2 * energy.get(index, Integer(0))))
+    if energy.get((0, 1, 1), Integer(0)) != 0:
+        raise ModelError(
+            f"{model.name}: the energy couples shear and bending at the straight rod (a term h2 Pi); "
+            "the theory here needs W without it"
+        )
+    named = {
+        index: (
+            stiffness[index.index(2)] / 2
+            if sum(index) == 2 and 2 in index
+            else letters.coefficient("W", index, c)
+        )
+        for index, c in energy.items()
+        if sum(index) > 1
+    }
+    shifted = [symbol(q) for q in SHIFTED]
+    w = sum((c * _monomial(index) for index, c in named.items()), Integer(0))
+    drag = tuple(_drag(model, letters, k, order) for k in range(3))
+    tip = tuple(_tip(model, load, order) for load in model.tip_load)
+    if not model.body_load[0].free_symbols <= {symbol("force")} or model.body_load[1:] != (0, 0):
+        raise ModelError(
+            f"{model.name}: a body load must be a tangential force, given as a function of force alone"
+        )
+    uniform = model.body_load[0] == 0
+    if not uniform and stiffness[0] != symbol("k1"):
+        raise ModelError(
+            f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
+        )
+    return Constitution(
+        tuple(w.diff(s).expand() for s in shifted),
+        energy.get((1, 0, 0), Integer(0)),
+        drag,
+        tip,
+        model.body_load,
+        tuple(stiffness),
+        letters.inverses,
+        letters.constants,
+        letters.parameters,
+        uniform,
+    )
+
+
+class _Letters:
+    """Hands out letters for coefficients and remembers what they stand for."""
+
+    def __init__(self, model: RodModel) -> None:
+        self.model = model
+        self.parameters = (*BASIC, *(name for name, _ in model.parameters))
+        self.constants: dict[str, Expr] = {}
+        self.inverses: dict[str, str] = {}
+
+    def stiffness(self, name: str, value: Expr) -> Expr:
+        value = value.expand()
+        if value == 1:
+            return Integer(1)
+        if value == 0:
+            raise ModelError(
+                f"{self.model.name}: {STRAIGHT[name][1]} is zero: the energy is not convex there"
+            )
+        if isinstance(value, Symbol):
+            letter = value
+        else:
+            letter = symbol(name)
+            self.constants[name] = value
+        self.inverses[letter.name] = f"{letter.name}_inv"
+        return letter
+
+    def coefficient(self, kind: str, index: tuple[int, ...], value: Expr) -> Expr:
+        """The coefficient itself if the ring can hold it, else a constant ``kind_ijk``."""
+        nu = symbol("nu")
+        value = value.expand()
+        allowed = {*map(symbol, self.parameters), nu}
+        if value.is_polynomial(*allowed):
+            return value
+        numerator, denominator = value.together().as_numer_denom()
+        power = Poly(denominator, nu).as_dict() if denominator.free_symbols == {nu} else {}
+        if len(power) == 1 and numerator.is_polynomial(*allowed):
+            (((exponent,), factor),) = power.items()
+            self.inverses["nu"] = "nu_inv"
+            return (numerator / factor).expand() * symbol("nu_inv") ** exponent
+        name = f"{kind}_{''.join(map(str, index))}"
+        register(name, f"{kind}_{{{''.join(map(str, index))}}}")
+        self.constants[name] = value
+        return symbol(name)
+
+
+def _require_known(model: RodModel, parameters: tuple[str, ...]) -> None:
+    """Each formula is in its own quantities and the declared parameters."""
+    frame = ("theta", "cos", "sin")
+    places = (
+        ("the energy", STRAINS, (model.energy,)),
+        ("the drag", (*STRAINS, *VELOCITIES), model.drag),
+        ("the tip load", (*frame, *VELOCITIES), model.tip_load),
+        ("the body load", (), model.body_load),
+    )
+    for place, quantities, formulas in places:
+        allowed = {symbol(name) for name in (*quantities, *parameters)}
+        for formula in formulas:
+            if strange := sorted(s.name for s in formula.free_symbols - allowed):
+                raise ModelError(
+                    f"{model.name}: unknown symbol {', '.join(strange)} in {place}; it may hold "
+                    f"{', '.join(s.name for s in sorted(allowed, key=str))} and parameters that are declared"
+                )
+
+
+def _taylor(f: Expr, degree: int) -> dict[tuple[int, ...], Expr]:
+    """Taylor coefficients of f(h1, h2, Pi) at (nu, 0, 0): exponents -> coefficient."""
+    at = {symbol("h1"): symbol("nu"), symbol("h2"): Integer(0), symbol("Pi"): Integer(0)}
+    found: dict[tuple[int, ...], Expr] = {}
+    for index in product(range(degree + 1), repeat=3):
+        if sum(index) > degree:
+            continue
+        derivative = f
+        for q, n in zip(STRAINS, index, strict=True):
+            derivative = derivative.diff(symbol(q), n) if n else derivative
+        value = _positive_root(derivative.subs(at, simultaneous=True))
+        value = value / (factorial(index[0]) * factorial(index[1]) * factorial(index[2]))
+        if value != 0:
+            found[index] = value
+    return found
+
+
+def _positive_root(value: Expr) -> Expr:
+    """sqrt(nu^2) is nu: the straight rod has positive length."""
+    from sympy import Dummy, powdenest
+
+    nu, positive = symbol("nu"), Dummy(positive=True)
+    return powdenest(value.xreplace({nu: positive}), force=False).xreplace({positive: nu})
+
+
+def _monomial(index: tuple[int, ...]) -> Expr:
+    out: Expr = Integer(1)
+    for q, n in zip(SHIFTED, index, strict=True):
+        out *= symbol(q) ** n
+    return out
+
+
+def _require_reflection(model: RodModel, energy: dict[tuple[int, ...], Expr]) -> None:
+    for index in energy:
+        if (index[1] + index[2]) % 2:
+            raise ModelError(
+                f"{model.name}: the energy is not symmetric under reflection (h2, Pi) -> (-h2, -Pi): "
+                f"it has a term h1^{index[0]} h2^{index[1]} Pi^{index[2]} at the straight rod"
+            )
+
+
+def _drag(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
+    velocity = symbol(VELOCITIES[k])
+    coefficient = model.drag[k].diff(velocity)
+    if (model.drag[k] - coefficient * velocity).expand() != 0 or coefficient.free_symbols & set(
+        map(symbol, VELOCITIES)
+    ):
+        raise ModelError(
+            f"{model.name}: drag component {k + 1} is not {velocity} times a function of the strains"
+        )
+    terms = _taylor(coefficient, order - 1)
+    for index in terms:
+        if (index[1] + index[2]) % 2:
+            raise ModelError(f"{model.name}: drag component {k + 1} is not symmetric under reflection")
+    if (0, 0, 0) not in terms:
+        raise ModelError(
+            f"{model.name}: drag component {k + 1} vanishes at the straight rod; it must be positive"
+        )
+    parts = (letters.coefficient(f"C{k + 1}", index, c) * _monomial(index) for index, c in terms.items())
+    return sum(parts, Integer(0)) * velocity
+
+
+def _tip(model: RodModel, load: Expr, order: int) -> Expr:
+    """Taylor polynomial of the tip load in theta; polynomial in the velocities already."""
+    theta = symbol("theta")
+    load = load.xreplace({symbol("cos"): cosine(theta), symbol("sin"): sine(theta)})
+    total: Expr = Integer(0)
+    for n in range(order + 1):
+        total += load.subs(theta, 0) * theta**n / factorial(n)
+        load = load.diff(theta)
+    return total.expand()

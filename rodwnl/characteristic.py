@@ -52,12 +52,14 @@ def boundary_matrix(
     return np.stack(np.broadcast_arrays(first * clamp, second * clamp, third, fourth), axis=-2)
 
 
-def characteristic(parameters: Floats, force: ArrayLike, eigenvalue: ArrayLike) -> tuple[Complex, Real]:
-    """D(F, λ) and the size of the terms that it sums, (…) each, for forces and eigenvalues (…).
+def characteristic(
+    parameters: Floats, force: ArrayLike, eigenvalue: ArrayLike
+) -> tuple[Complex, Complex, Real]:
+    """(value, growth, size), (…) each, for forces and eigenvalues (…): D = value·e^{growth}.
 
-    The determinant of `boundary_matrix` without the factors that vanish where there is no eigenvalue: λ,
-    r1, r2 and (r1² − r2²)². Analytic in F and λ wherever Re λ > −μν/(2γ3), Im λ > 0: there r1² and r2²
-    stay off the branch cut of the square root, and the scaling of the columns is by e^{r1} and e^{r2}.
+    The determinant of `boundary_matrix` without the factors that vanish where there is no eigenvalue: λ, r1,
+    r2 and (r1² − r2²)². D is even in r1 and in r2, so it is analytic in F and λ; growth = r1 + r2 is what the
+    columns were scaled by. size: of the terms that `value` sums.
     """
     eigenvalue = np.asarray(eigenvalue) + 0j
     r = exponents(parameters, force, eigenvalue)
@@ -68,18 +70,26 @@ def characteristic(parameters: Floats, force: ArrayLike, eigenvalue: ArrayLike) 
         lower = m[..., 2, k] * m[..., 3, n], m[..., 2, n] * m[..., 3, k]
         value += sign * (upper[0] - upper[1]) * (lower[0] - lower[1])
         size += (np.abs(upper[0]) + np.abs(upper[1])) * (np.abs(lower[0]) + np.abs(lower[1]))
-    spurious = eigenvalue * (r[..., 0] ** 2 - r[..., 1] ** 2) ** 2 / (r[..., 0] * r[..., 1])
-    return value / spurious, size / np.abs(spurious)
+    r1, r2 = r[..., 0], r[..., 1]
+    spurious = eigenvalue * (r1**2 - r2**2) ** 2 / (r1 * r2)
+    return value / spurious, r1 + r2, size / np.abs(spurious)
 
 
 def characteristic_slopes(parameters: Floats, force: float, eigenvalue: complex) -> tuple[complex, complex]:
-    """(∂D/∂F, ∂D/∂λ) by Cauchy's formula on circles around the point, exact up to round-off.
+    """(∂D/∂F, ∂D/∂λ), divided by e^{growth}, by Cauchy's formula on circles: exact up to round-off.
 
     The radii are a part of the distance to λ = 0, and to F = 0 and F = k1 (where μ may vanish beyond).
     """
     turn = np.exp(2j * np.pi * (np.arange(CIRCLE) + 0.5) / CIRCLE)
     reach_force = RADIUS * min(force, parameters[0] - force)
     reach = RADIUS * abs(eigenvalue)
-    by_force, _ = characteristic(parameters, force + reach_force * turn, eigenvalue)
-    by_eigenvalue, _ = characteristic(parameters, force, eigenvalue + reach * turn)
-    return complex(np.mean(by_force / turn) / reach_force), complex(np.mean(by_eigenvalue / turn) / reach)
+    _, here, _ = characteristic(parameters, force, eigenvalue)
+
+    def slope(force: ArrayLike, eigenvalue: ArrayLike, reach: float) -> complex:
+        value, growth, _ = characteristic(parameters, force, eigenvalue)
+        return complex(np.mean(value * np.exp(growth - here) / turn) / reach)
+
+    return (
+        slope(force + reach_force * turn, eigenvalue, reach_force),
+        slope(force, eigenvalue + reach * turn, reach),
+    )

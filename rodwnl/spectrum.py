@@ -258,7 +258,7 @@ def _newton(parameters: Floats, low: float, high: float, force: float, omega: fl
     """
     moves = [np.inf]
     while moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2:
-        value, size = characteristic(parameters, force, 1j * omega)
+        value, _, size = characteristic(parameters, force, 1j * omega)
         by_force, by_eigenvalue = characteristic_slopes(parameters, force, 1j * omega)
         slope, offset = -by_force / by_eigenvalue, complex(value) / by_eigenvalue
         step = offset.real / slope.real

@@ -12,16 +12,18 @@ from numpy.typing import NDArray
 from rodwnl.continuation import ConvergenceError, Point, advance, correct, locate, solve_at
 from rodwnl.cycles import OrbitSystem, Rod
 from rodwnl.floquet import multipliers
-from rodwnl.orbits import FINEST, Cycle, onset, regridded, suited
+from rodwnl.orbits import FINEST, Cycle, finer, onset, regridded, suited
 
+START = (8, 28)  # resolution at the Hopf point: there nothing but round-off limits the slopes
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.25, 1e-6  # in (F/F_c, ω/ω_c, s)
 MOST_POINTS = 150
 TAILS = 1e-8, 3e-6, 3e-5  # of orbits on a branch: coarsen below the first, refine above the last, aim between
+WORST_TAIL = 1e-3  # of an orbit on the finest grid
 EVENT_ACCURACY = 1e-7  # absolute, in the force
 EVENT_DISTANCE = 1e-8  # along the branch
 
 Kind = Literal["fold", "symmetry breaking", "torus"]
-End = Literal["Hopf point", "force asked for", "range of forces", "number of points", "not resolved"]
+End = Literal["Hopf point", "force asked for", "edge of the range", "number of points", "not resolved"]
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,9 @@ class BranchPoint:
 
 @dataclass(frozen=True)
 class Event:
-    """A fold or another change of stability. error: what the last refinement of the grid changed in the
-    force.
+    """A fold or another change of stability, between points[index − 1] and points[index] of its branch.
 
+    error: what the last refinement of the grid changed in the force.
     kind: of the eigenvalue ρ of the half-period map that crosses the unit circle. At a fold ρ = 1; where
     the orbit loses its reflection symmetry ρ = −1; a complex pair starts a torus (Neimark–Sacker; period
     doubling if ρ = ±i).
@@ -64,6 +66,7 @@ class Event:
     kind: Kind
     at: BranchPoint
     error: float
+    index: int
 
     @property
     def force(self) -> float:
@@ -74,34 +77,50 @@ class Event:
 class Branch:
     """Orbits along a branch, in their order, from a Hopf point on.
 
-    start: the Hopf point's force. A_tip2_slope, omega_slope: dA_tip²/dF and dω/dF there, from the branch's
-    tangent. end: why it stops; end_force: the force there (that of the other Hopf point, say).
+    start, last: the Hopf point (s = 0) and where the branch stops, perhaps another one. end: why it stops.
+    A_tip2_slope, omega_slope: dA_tip²/dF and dω/dF at the start, from the branch's tangent. window: the
+    forces searched.
     """
 
     rod: Rod
-    start: float
+    window: tuple[float, float]
+    start: Cycle
     A_tip2_slope: float
     omega_slope: float
     points: tuple[BranchPoint, ...]
     events: tuple[Event, ...]
     end: End
-    end_force: float
+    last: Cycle
 
     @property
     def folds(self) -> tuple[Event, ...]:
         return tuple(event for event in self.events if event.kind == "fold")
 
+    @property
+    def path(self) -> tuple[tuple[Cycle, bool], ...]:
+        """The whole curve with its events in order: cycles, and whether the stretch after each is stable."""
+        path = [(self.start, self.points[0].stable)] if self.points else []
+        for i, point in enumerate(self.points):
+            path += [(event.at.cycle, point.stable) for event in self.events if event.index == i]
+            path.append((point.cycle, point.stable))
+        return (*path, (self.last, False)) if path else ()
+
 
 def branch(
-    rod: Rod, force: float, omega: float, until: float | None = None, most_points: int = MOST_POINTS,
+    rod: Rod, force: float, omega: float, until: float | None = None,
+    window: tuple[float, float] | None = None, most_points: int = MOST_POINTS,
     watch: Callable[[BranchPoint], None] = lambda point: None,
 ) -> Branch:  # fmt: skip
-    """The branch from the Hopf point near (force, omega) to its other end, or to where it reaches the force
-    `until`.
+    """The branch from the Hopf point near (force, omega) to its other end.
 
-    `watch` is called with each point found. Raises ComputationError where there is no Hopf point.
+    Or to where it first reaches the force `until`, leaves the window of forces (default: 0 to k1), or has so
+    many points. `watch` is called with each point. Raises ComputationError where there is no Hopf point.
     """
-    begin = onset(rod, force, omega)
+    window = window or (0.0, rod.k1)
+    begin = onset(rod, force, omega, START)
+    stops: list[tuple[End, float]] = [("edge of the range", edge) for edge in window]
+    if until is not None:
+        stops.insert(0, ("force asked for", until))
     system, point, step = begin.system, begin.point, FIRST_STEP
     by_force = point.tangent / point.tangent[-2]
     points: list[BranchPoint] = []
@@ -115,26 +134,27 @@ def branch(
             end = "not resolved"
             break
         step = min(step, LONGEST_STEP)
-        last = _last(system, point, new, until)
+        last = _last(system, point, new, stops)
         if last is not None:
             end, new = last
         if end != "Hopf point":
             points.append(_judged(system, new))
             watch(points[-1])
             if len(points) > 1:
-                events += _events(_judged(system, point), length, points[-1])
+                events += _events(_judged(system, point), length, points[-1], len(points) - 1)
         point = new
         if last is not None:
             break
     return Branch(
         rod=rod,
-        start=begin.system.force_scale,
+        window=window,
+        start=Cycle(begin.system, begin.point.X),
         A_tip2_slope=float(by_force[-1] * begin.tip_per_angle**2),
         omega_slope=float(by_force[-3]),
         points=tuple(points),
         events=tuple(events),
         end=end,
-        end_force=float(point.X[-2]),
+        last=Cycle(system, point.X),
     )
 
 
@@ -142,13 +162,12 @@ def _judged(system: OrbitSystem, point: Point) -> BranchPoint:
     return BranchPoint(system, point, multipliers(Cycle(system, point.X)).half)
 
 
-def _last(system: OrbitSystem, point: Point, new: Point, until: float | None) -> tuple[End, Point] | None:
+def _last(
+    system: OrbitSystem, point: Point, new: Point, stops: list[tuple[End, float]]
+) -> tuple[End, Point] | None:
     """The end of the branch between two neighbouring points, if it is there."""
     if new.X[-1] <= 0:
         return "Hopf point", solve_at(system, new.X, -1, 0.0)
-    stops: list[tuple[End, float]] = [("range of forces", 0.0), ("range of forces", system.rod.k1)]
-    if until is not None:
-        stops.insert(0, ("force asked for", until))
     for end, stop in stops:
         before, after = point.X[-2] - stop, new.X[-2] - stop
         if before * after < 0 or after == 0:
@@ -162,6 +181,8 @@ def _on_suitable_grid(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, P
     cycle = Cycle(system, point.X)
     least, aim, most = TAILS
     now, wanted = (system.count, system.degree), suited(cycle, aim)
+    if max(cycle.tails) > WORST_TAIL and now == FINEST:
+        raise ConvergenceError(f"the finest grid does not resolve the orbit at force {cycle.force:.6g}")
     chosen = tuple(
         want if tail < least or tail > most else have
         for want, have, tail in zip(wanted, now, cycle.tails, strict=True)
@@ -176,41 +197,37 @@ def _moved(system: OrbitSystem, point: Point, resolution: tuple[int, int]) -> tu
     return new, replace(correct(new, guess, new.metric * tangent, tangent), curvature=curvature)
 
 
-def _events(before: BranchPoint, length: float, after: BranchPoint) -> list[Event]:
+def _events(before: BranchPoint, length: float, after: BranchPoint, index: int) -> list[Event]:
     """What changes between two neighbouring points: a fold, and what a fold does not explain."""
     found = []
     change = after.unstable - before.unstable
     if before.forward * after.forward < 0:
-        found.append(_pinned("fold", before, length, after, lambda at: at.forward))
+        found.append(_pinned("fold", before, length, after, lambda at: at.forward, index))
         change -= int(np.sign(change))
     if change:
         k = min(before.unstable, after.unstable)
         rho = min(before.rho[k], after.rho[k], key=lambda value: abs(abs(value) - 1))
         kind: Kind = "torus" if abs(rho.imag) > 1e-9 else "symmetry breaking"
-        found.append(_pinned(kind, before, length, after, lambda at: float(np.log(np.abs(at.rho[k])))))
+        found.append(_pinned(kind, before, length, after, lambda at: float(np.log(np.abs(at.rho[k]))), index))
     return found
 
 
 def _pinned(
-    kind: Kind, before: BranchPoint, length: float, after: BranchPoint, event: Callable[[BranchPoint], float]
-) -> Event:
+    kind: Kind, before: BranchPoint, length: float, after: BranchPoint,
+    event: Callable[[BranchPoint], float], index: int,
+) -> Event:  # fmt: skip
     """The place between two points where the event is 0, on finer grids until the force has settled."""
-    system, point = before.system, before.point
+    system = before.system
 
     def value(new: Point) -> float:
-        return event(_judged(system, new) if kind != "fold" else BranchPoint(system, new, before.rho))
+        return event(BranchPoint(system, new, before.rho) if kind == "fold" else _judged(system, new))
 
     start, end = event(before), event(after)
-    distance = length * start / (start - end)
-    point, _ = locate(system, point, value, distance, EVENT_DISTANCE * 1e3)
+    point, _ = locate(system, before.point, value, length * start / (start - end), 1e3 * EVENT_DISTANCE)
     while True:
         rough = float(point.X[-2])
-        finer = tuple(
-            max(a, b + 4)
-            for a, b in zip(suited(Cycle(system, point.X)), (system.count, system.degree), strict=True)
-        )
-        system, point = _moved(system, point, (finer[0], finer[1]))
+        system, point = _moved(system, point, finer(Cycle(system, point.X)))
         point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
         error = abs(float(point.X[-2]) - rough)
-        if error < EVENT_ACCURACY or finer[0] >= FINEST[0] or finer[1] >= FINEST[1]:
-            return Event(kind, _judged(system, point), error)
+        if error < EVENT_ACCURACY or (system.count, system.degree) == FINEST:
+            return Event(kind, _judged(system, point), error, index)

@@ -1,17 +1,18 @@
 """The full nonlinear rod on a Chebyshev grid: q_t = f(q), exact, with its exact Jacobian.
 
-Written by hand from the equations of motion, so that what is computed with it checks the expansion and not
-itself. Lengths are in L, times in γ2 L⁴/k3 (so γ2 = k3 = 1), forces in k3/L².
+Written by hand from the equations of motion in x, y, θ, so that what is computed with it checks the expansion
+and not itself. Lengths are in L, times in γ2 L⁴/k3 (so γ2 = k3 = 1), forces in k3/L².
 
-Balance of forces and of moments in the frame of the cross-section (paper: eq:explicitdynamics, eq:drag,
-eq:constitutive), with h1 = cosθ x' + sinθ y', h2 = −sinθ x' + cosθ y', Π = θ':
+Balance of forces and of moments in the frame of the cross-section (paper: eq:definitions,
+eq:explicitdynamics, eq:drag, eq:constitutive):
 
-    γ1 v1 = F1' − Π F2,    v2 = F2' + Π F1,    γ3 Ω = M' + h1 F2 − h2 F1,
-    F1 = k1 (h1 − 1),      F2 = k2 h2,         M = Π.
+    h1 = cosθ x' + sinθ y',   h2 = −sinθ x' + cosθ y',   F1 = k1 (h1 − 1),   F2 = k2 h2,   M = θ',
+    γ1 v1 = F1' − θ' F2,      v2 = F2' + θ' F1,          γ3 Ω = M' + h1 F2 − h2 F1.
 
-Clamp (eq:clamping): x = y = θ = 0 at u = 0. Follower load (eq:follower), with ν = 1 − F/k1: x' = ν cosθ, y'
-= ν sinθ, θ' = 0 at u = 1. The derivative at the tip is linear in the tip value, so these three conditions
-give first θ(1), then x(1) and y(1), in closed form: an ordinary differential equation is left.
+Clamp (eq:clamping): x = y = θ = 0 at u = 0. Follower load (eq:follower): F1 = −F, F2 = M = 0 at u = 1, put
+in the place of the computed stresses there before these are differentiated. (To eliminate the tip by its
+slopes x' = ν cosθ, y' = ν sinθ, θ' = 0 gives the same spectrum of the straight rod, but a strongly bent soft
+rod then has spurious growing modes on fewer than about 50 points.)
 """
 
 from __future__ import annotations
@@ -100,15 +101,12 @@ def _clenshaw_curtis(degree: int) -> Array:
 
 @dataclass(frozen=True)
 class DiscreteRod:
-    """The rod under one force on one grid. Built by `discretise`, moved to another by `at_force`.
+    """The rod under one force on one grid. Built by `discretise`, moved to another force by `at_force`.
 
-    A state q has shape (…, 3n), n = N − 1: x, then y, then θ at the inner nodes (any leading axes: many
-    states at once). What happens at the clamp and at the tip follows from it.
-
-    nodes (n,): the inner nodes. tip_row (n,): inner values -> tip value of a field whose derivative
-    vanishes at the tip. inner (n, 2n): such a field's inner values, from the right -> its first and second
-    derivatives at the inner nodes. edge (2n,): the same derivatives of the field that is 0 at the inner
-    nodes and has unit slope at the tip; edge_tip: that field's tip value.
+    A state q has shape (…, 3N): x, then y, then θ at the nodes except the clamp (any leading axes: many
+    states at once). nodes (N,): these nodes, the last is the tip. derivative (N+1, N): values there of a
+    field that is 0 at the clamp -> its derivative at all nodes. flux (N, N+1): values at all nodes ->
+    derivative at `nodes`.
     """
 
     k1: float
@@ -118,15 +116,13 @@ class DiscreteRod:
     force: float
     degree: int
     nodes: Array
-    tip_row: Array
-    inner: Array
-    edge: Array
-    edge_tip: float
+    derivative: Array
+    flux: Array
 
     @property
     def size(self) -> int:
-        """Number of unknowns, 3(N − 1)."""
-        return 3 * (self.degree - 1)
+        """Number of unknowns, 3N."""
+        return 3 * self.degree
 
     @property
     def nu(self) -> float:
@@ -142,138 +138,109 @@ class DiscreteRod:
         return self.state(self.nu * self.nodes, 0.0 * self.nodes, 0.0 * self.nodes)
 
     def state(self, x: Array, y: Array, theta: Array) -> Array:
-        """The state with these fields at the inner nodes, (…, n) each."""
+        """The state with these fields at `nodes`, (…, N) each."""
         return np.concatenate([x, y, theta], axis=-1)
 
     def split(self, q: Array) -> tuple[Array, Array, Array]:
-        """x, y, θ at the inner nodes, (…, n) each (views)."""
-        n = self.degree - 1
+        """x, y, θ at `nodes`, (…, N) each (views)."""
+        n = self.degree
         return q[..., :n], q[..., n : 2 * n], q[..., 2 * n :]
 
     def tip(self, q: Array) -> tuple[Array, Array, Array]:
         """x, y, θ at u = 1, each of shape (…)."""
         x, y, theta = self.split(q)
-        theta_tip = theta @ self.tip_row
-        slope = self.nu * self.edge_tip
-        return (
-            x @ self.tip_row + slope * np.cos(theta_tip),
-            y @ self.tip_row + slope * np.sin(theta_tip),
-            theta_tip,
-        )
+        return x[..., -1], y[..., -1], theta[..., -1]
 
-    def fields(self, q: Array) -> tuple[Array, Array, Array]:
-        """x, y, θ at all N + 1 nodes of `chebyshev(degree)`, clamp and tip included, (…, N+1) each."""
-        x, y, theta = (
-            np.concatenate([np.zeros_like(tip)[..., None], field, tip[..., None]], axis=-1)
-            for field, tip in zip(self.split(q), self.tip(q), strict=True)
+    def tip_defect(self, q: Array) -> Array:
+        """(x' − ν cosθ, y' − ν sinθ, θ') at u = 1, (3, …): not imposed: a test of resolution."""
+        x, y, theta = self.split(q)
+        slope, angle = self.derivative[-1], theta[..., -1]
+        return np.stack(
+            [x @ slope - self.nu * np.cos(angle), y @ slope - self.nu * np.sin(angle), theta @ slope]
         )
-        return x, y, theta
 
     def rhs(self, q: Array) -> Array:
         """f(q), of the shape of q."""
-        local = self._local(q)
-        c, s, v1, v2 = local.c, local.s, local.v1, local.v2
-        return self.state(c * v1 - s * v2, s * v1 + c * v2, local.omega)
+        at = self._fields(q)
+        c, s = at.c[..., 1:], at.s[..., 1:]
+        return self.state(c * at.v1 - s * at.v2, s * at.v1 + c * at.v2, at.omega)
 
     def jacobian(self, q: Array) -> Array:
-        """∂f/∂q, shape (…, 3n, 3n)."""
-        local, n = self._local(q), self.degree - 1
-        first, second = self.inner[:, :n].T, self.inner[:, n:].T
-        by_x_u, by_x_uu, by_y_u, by_y_uu, by_theta, by_theta_u, by_theta_uu = self._partials(local)
-        out = np.empty((*q.shape[:-1], 3 * n, 3 * n))
-        # x' and y' know θ(1) as well: ∂x'/∂θ = −ν sinθ(1) edge ⊗ tip_row, ∂y'/∂θ = ν cosθ(1) edge ⊗ tip_row
-        x_tip, y_tip = -self.nu * local.sin_tip[..., None], self.nu * local.cos_tip[..., None]
-        edge_u, edge_uu = self.edge[:n], self.edge[n:]
-        for row in range(3):
-            rows = slice(row * n, (row + 1) * n)
-            out[..., rows, :n] = by_x_u[row][..., None] * first + by_x_uu[row][..., None] * second
-            out[..., rows, n : 2 * n] = by_y_u[row][..., None] * first + by_y_uu[row][..., None] * second
-            through_tip = x_tip * (by_x_u[row] * edge_u + by_x_uu[row] * edge_uu) + y_tip * (
-                by_y_u[row] * edge_u + by_y_uu[row] * edge_uu
-            )
-            block = by_theta_u[row][..., None] * first + through_tip[..., None] * self.tip_row
-            if row == 2:
-                block = block + by_theta_uu * second
-            np.einsum("...ii->...i", block)[...] += by_theta[row]
-            out[..., rows, 2 * n :] = block
-        return out
+        """∂f/∂q, (…, 3N, 3N)."""
+        at, n = self._fields(q), self.degree
+        D, flux, k1, k2 = self.derivative[1:], self.flux, self.k1, self.k2
+        inside = np.append(np.ones(n), 0.0)  # the tip's stresses are given
+
+        def scaled(field: Array, matrix: Array) -> Array:
+            return field[..., None] * matrix
+
+        # Columns: ∂/∂x, ∂/∂y, ∂/∂θ. Strains: dh1 = c dx' + s dy' + h2 dθ, dh2 = −s dx' + c dy' − h1 dθ.
+        eye = np.eye(n + 1)[:, 1:]
+        dh1 = [scaled(at.c, self.derivative), scaled(at.s, self.derivative), scaled(at.h2, eye)]
+        dh2 = [scaled(-at.s, self.derivative), scaled(at.c, self.derivative), scaled(-at.h1, eye)]
+        dF1 = [k1 * scaled(inside, d) for d in dh1]
+        dF2 = [k2 * scaled(inside, d) for d in dh2]
+        dpi = [0.0 * D, 0.0 * D, D]
+        dM_u = [0.0 * D, 0.0 * D, flux @ scaled(inside, self.derivative)]
+
+        h1, h2, F1, F2, pi = (field[..., 1:] for field in (at.h1, at.h2, at.F1, at.F2, at.pi))
+        c, s = at.c[..., 1:], at.s[..., 1:]
+        out = np.empty((*q.shape[:-1], 3, n, 3, n))
+        for i in range(3):
+            g1, g2, b1, b2 = dh1[i][..., 1:, :], dh2[i][..., 1:, :], dF1[i][..., 1:, :], dF2[i][..., 1:, :]
+            dv1 = (flux @ dF1[i] - scaled(F2, dpi[i]) - scaled(pi, b2)) / self.gamma1
+            dv2 = flux @ dF2[i] + scaled(F1, dpi[i]) + scaled(pi, b1)
+            turn = scaled(F2, g1) + scaled(h1, b2) - scaled(F1, g2) - scaled(h2, b1)
+            out[..., 0, :, i, :] = scaled(c, dv1) - scaled(s, dv2)
+            out[..., 1, :, i, :] = scaled(s, dv1) + scaled(c, dv2)
+            out[..., 2, :, i, :] = (dM_u[i] + turn) / self.gamma3
+        diagonal = np.arange(n)
+        out[..., 0, diagonal, 2, diagonal] -= s * at.v1 + c * at.v2
+        out[..., 1, diagonal, 2, diagonal] += c * at.v1 - s * at.v2
+        return out.reshape(*q.shape, self.size)
 
     def force_derivative(self, q: Array) -> Array:
-        """∂f/∂F at fixed q, of the shape of q. The force acts through ν in the tip conditions alone."""
-        local, n = self._local(q), self.degree - 1
-        by_x_u, by_x_uu, by_y_u, by_y_uu, *_ = self._partials(local)
-        x_nu, y_nu = local.cos_tip[..., None] * self.edge, local.sin_tip[..., None] * self.edge
-        parts = [
-            by_x_u[row] * x_nu[..., :n]
-            + by_x_uu[row] * x_nu[..., n:]
-            + by_y_u[row] * y_nu[..., :n]
-            + by_y_uu[row] * y_nu[..., n:]
-            for row in range(3)
-        ]
-        return np.concatenate(parts, axis=-1) / -self.k1
+        """∂f/∂F at fixed q, of the shape of q: the force is the tip's F1 = −F and nothing else."""
+        at = self._fields(q)
+        c, s = at.c[..., 1:], at.s[..., 1:]
+        tip = np.append(np.zeros(self.degree - 1), 1.0)
+        dv1 = -self.flux[:, -1] / self.gamma1
+        dv2 = -at.pi[..., 1:] * tip
+        return self.state(c * dv1 - s * dv2, s * dv1 + c * dv2, at.h2[..., 1:] * tip / self.gamma3)
 
-    def _local(self, q: Array) -> _Local:
-        """Strains and velocities at the inner nodes."""
+    def _fields(self, q: Array) -> _Fields:
+        """Strains and stresses at all nodes, velocities at `nodes`."""
         x, y, theta = self.split(q)
-        n, nu = self.degree - 1, self.nu
-        theta_tip = theta @ self.tip_row
-        cos_tip, sin_tip = np.cos(theta_tip), np.sin(theta_tip)
-        # Differentiate the departure from the straight rod, x − νu: its slope at the tip is ν(cosθ − 1).
-        departure = -2 * nu * np.sin(theta_tip / 2) ** 2
-        x_d = (x - nu * self.nodes) @ self.inner + departure[..., None] * self.edge
-        y_d = y @ self.inner + (nu * sin_tip)[..., None] * self.edge
-        theta_d = theta @ self.inner
-        x_u, x_uu, y_u, y_uu = nu + x_d[..., :n], x_d[..., n:], y_d[..., :n], y_d[..., n:]
-        pi, theta_uu = theta_d[..., :n], theta_d[..., n:]
+        nu, D, flux = self.nu, self.derivative.T, self.flux.T
+        theta_all = np.concatenate([np.zeros_like(theta[..., :1]), theta], axis=-1)
+        c, s = np.cos(theta_all), np.sin(theta_all)
+        # From the departures x − νu and h1 − ν: nothing large is differentiated
+        departure, y_u, pi = (x - nu * self.nodes) @ D, y @ D, theta @ D
+        stretch = c * departure + s * y_u - 2 * nu * np.sin(theta_all / 2) ** 2
+        h1, h2 = nu + stretch, c * y_u - s * (nu + departure)
+        F1, F2, M = self.k1 * stretch, self.k2 * h2, pi.copy()  # F1 + F for the moment
+        F1[..., -1] = F2[..., -1] = M[..., -1] = 0.0
+        F1_u, F2_u, M_u = F1 @ flux, F2 @ flux, M @ flux
+        F1 = F1 - self.force
 
-        c, s = np.cos(theta), np.sin(theta)
-        h1, h2 = c * x_u + s * y_u, c * y_u - s * x_u
-        p1, p2 = c * x_uu + s * y_uu, c * y_uu - s * x_uu  # h1' = p1 + Π h2, h2' = p2 − Π h1
-        k1, k2, k = self.k1, self.k2, self.k1 - self.k2
-        v1 = (k1 * p1 + k * pi * h2) / self.gamma1
-        v2 = k2 * p2 + pi * (k * h1 - k1)
-        omega = (theta_uu + h2 * (k1 - k * h1)) / self.gamma3
-        return _Local(c, s, cos_tip, sin_tip, h1, h2, pi, p1, p2, v1, v2, omega)
-
-    def _partials(self, local: _Local) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-        """∂(x_t, y_t, θ_t) by x', x'', y', y'', θ, θ' at a node, (3, …, n) each; by θ'': (0, 0, the last)."""
-        c, s, h1, h2, pi, p1, p2 = local.c, local.s, local.h1, local.h2, local.pi, local.p1, local.p2
-        v1, v2, k1, k2, k = local.v1, local.v2, self.k1, self.k2, self.k1 - self.k2
-        kg, g1, g3 = k / self.gamma1, self.gamma1, self.gamma3
-        a = (k1 - k * h1) / g3
-
-        def turned(d1: Array, d2: Array, d3: Array) -> Array:
-            """(dv1, dv2, dΩ) -> (dx_t, dy_t, dθ_t) at fixed θ."""
-            return np.stack([c * d1 - s * d2, s * d1 + c * d2, d3])
-
-        zero = np.zeros_like(c)
-        by_theta = turned((k1 * p2 - k * pi * h1) / g1, k * pi * h2 - k2 * p1, -h1 * a - k * h2 * h2 / g3)
-        by_theta[0] -= s * v1 + c * v2
-        by_theta[1] += c * v1 - s * v2
-        return (
-            turned(-kg * pi * s, k * pi * c, -s * a - k * h2 * c / g3),
-            turned(k1 / g1 * c, -k2 * s, zero),
-            turned(kg * pi * c, k * pi * s, c * a - k * h2 * s / g3),
-            turned(k1 / g1 * s, k2 * c, zero),
-            by_theta,
-            turned(kg * h2, k * h1 - k1, zero),
-            np.asarray(1 / g3),
-        )
+        inner = np.s_[..., 1:]
+        v1 = (F1_u - pi[inner] * F2[inner]) / self.gamma1
+        v2 = F2_u + pi[inner] * F1[inner]
+        omega = (M_u + h1[inner] * F2[inner] - h2[inner] * F1[inner]) / self.gamma3
+        return _Fields(c, s, h1, h2, pi, F1, F2, v1, v2, omega)
 
 
 @dataclass(frozen=True)
-class _Local:
-    """Inner nodes: e1 = (c, s), strains, (x'', y'') along e1, e2, velocities; tip: cosθ, sinθ."""
+class _Fields:
+    """e1 = (c, s), strains and stresses at all nodes, (…, N+1) each; velocities at `nodes`, (…, N)."""
 
     c: Array
     s: Array
-    cos_tip: Array
-    sin_tip: Array
     h1: Array
     h2: Array
     pi: Array
-    p1: Array
-    p2: Array
+    F1: Array
+    F2: Array
     v1: Array
     v2: Array
     omega: Array
@@ -282,20 +249,10 @@ class _Local:
 def discretise(
     k1: float, k2: float, gamma3: float, gamma1: float, force: float, degree: int = 32
 ) -> DiscreteRod:
-    """The rod with these dimensionless stiffnesses and drags under a follower force, on this degree's
-    points.
+    """The rod with these dimensionless stiffnesses and drags under a follower force, on this degree's points.
 
-    24 to 32 suffice for the first modes; the round-off of the second derivative grows like degree⁴.
+    24 to 32 suffice for the first modes; the round-off of two derivatives grows like degree⁴.
     """
     grid = chebyshev(degree)
-    last = grid.first[-1, -1]
-    tip_row = -grid.first[-1, 1:-1] / last
-    both = np.stack([grid.first, grid.second])[:, 1:-1]
-    inner = both[:, :, 1:-1] + both[:, :, -1:] * tip_row
-    n = degree - 1
-    # (2, node, column) -> (column, 2·node): a field's derivatives are field @ inner
-    return DiscreteRod(
-        k1, k2, gamma3, gamma1, force, degree,
-        nodes=grid.nodes[1:-1], tip_row=tip_row, inner=inner.transpose(2, 0, 1).reshape(n, 2 * n),
-        edge=(both[:, :, -1] / last).reshape(2 * n), edge_tip=float(1 / last),
-    )  # fmt: skip
+    first = grid.first
+    return DiscreteRod(k1, k2, gamma3, gamma1, force, degree, grid.nodes[1:], first[:, 1:], first[1:])

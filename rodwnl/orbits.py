@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Resolution = tuple[int, int]  # phases in half a period (even), degree in u
 
 COARSE: Resolution = (8, 18)
-FINEST: Resolution = (48, 56)
+FINEST: Resolution = (40, 44)  # 5400 unknowns: a Newton step takes ten seconds and 0.5 GB
 ACCURACY = 1e-9  # relative, of A_tip and ω
 NEGLIGIBLE = 1e-6  # tail aimed at: what it changes in A_tip and ω is about a thousand times smaller
 
@@ -162,9 +162,15 @@ def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
 
     in_time, in_space = cycle.tails
     count, degree = cycle.system.count, cycle.system.degree
-    return max(number(count, in_time, FINEST[0]), COARSE[0]), max(
-        number(degree, in_space, FINEST[1]), COARSE[1]
-    )
+    count, degree = number(count, in_time, FINEST[0]), number(degree, in_space, FINEST[1])
+    return max(count, COARSE[0]), max(degree, COARSE[1])
+
+
+def finer(cycle: Cycle) -> Resolution:
+    """The suited resolution, but finer than the present one by 4 or more in each direction, within FINEST."""
+    count, degree = suited(cycle)
+    now = cycle.system
+    return min(max(count, now.count + 4), FINEST[0]), min(max(degree, now.degree + 4), FINEST[1])
 
 
 def regridded(cycle: Cycle, resolution: Resolution) -> tuple[OrbitSystem, Array]:
@@ -175,7 +181,7 @@ def regridded(cycle: Cycle, resolution: Resolution) -> tuple[OrbitSystem, Array]
 
 
 def orbit_at(guess: Cycle, force: float) -> Orbit:
-    """The periodic orbit at this force, near the guess, refined until A_tip and ω have settled to ACCURACY.
+    """The periodic orbit at this force, near the guess, refined until A_tip and ω settle.
 
     Raises ComputationError where Newton's method finds none or the finest grid does not suffice.
     """
@@ -183,16 +189,12 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
 
     cycle = _solved(guess.system, guess.X, force)
     while True:
-        system = cycle.system
-        finer = tuple(
-            max(a, b + 4) for a, b in zip(suited(cycle), (system.count, system.degree), strict=True)
-        )
-        if finer[0] > FINEST[0] or finer[1] > FINEST[1]:
+        if (cycle.system.count, cycle.system.degree) == FINEST:
             raise ComputationError(
-                f"the orbit at force {force:.6g} is not resolved by {system.count} phases and degree "
-                f"{system.degree} (tails {cycle.tails[0]:.0e}, {cycle.tails[1]:.0e})"
+                f"the orbit at force {force:.6g} is not resolved by {FINEST[0]} phases and degree "
+                f"{FINEST[1]} (tails {cycle.tails[0]:.0e}, {cycle.tails[1]:.0e})"
             )
-        system, X = regridded(cycle, (finer[0], finer[1]))
+        system, X = regridded(cycle, finer(cycle))
         before, cycle = cycle, _solved(system, X, force)
         error = max(abs(before.tip_amplitude / cycle.tip_amplitude - 1), abs(before.omega / cycle.omega - 1))
         if error < ACCURACY:

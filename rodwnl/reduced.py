@@ -130,8 +130,8 @@ def stuart_landau(alpha: complex, sigma: complex, A0: complex, t: ArrayLike) -> 
     if (share <= 0).any():
         blow_up = -np.log1p(-a / (a + b * rho0)) / (2 * a) if a else 1 / (2 * b * rho0)
         raise ComputationError(
-            f"the amplitude equation leaves every bound at t = {blow_up:.4g}: from |A| = {abs(A0):.3g} the cubic "
-            "term drives it out of its range, where only the full rod can tell what follows"
+            f"the amplitude equation leaves every bound at t = {blow_up:.4g}: from |A| = {abs(A0):.3g} the "
+            "cubic term drives it out of its range, where only the full rod can tell what follows"
         )
     log_growth = -np.log(share) / 2  # ln(|A|/|A0|)
     integral = (log_growth - a * t) / b if b else rho0 * np.expm1(2 * a * t) / (2 * a) if a else rho0 * t

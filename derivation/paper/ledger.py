@@ -139,9 +139,8 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
     low = Lowering(equation, notation, theory)
     try:
         for p in low.differences():
-            left = reduced(low, p)
-            if left:
-                return Row(equation, "differs", "left minus right does not vanish", left)
+            if left := reduced(low, p):
+                return Row(equation, "differs", "left minus right does not vanish", _shortest(low, p, left))
     except UndecidedError as why:
         return Row(equation, "not decided", str(why), poly(0))
     except (UnfitError, ZeroDivisionError) as why:
@@ -152,11 +151,20 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
     return Row(equation, "verified", grounds(low), poly(0))
 
 
-def reduced(low: Lowering, p: Poly) -> Poly:
+def _shortest(low: Lowering, p: Poly, left: Poly) -> Poly:
+    """The difference in the fewest terms: as printed, or reduced, with nu and mu or without."""
+    letters = reduced(low, p, keep=frozenset({"nu", "mu"}))
+    plain = not any(a.kind in ("inverse", "sqrt", "integral") for a in p.atoms)
+    forms = [*([p] if plain else []), letters, left]
+    forms += [low.theory.restored(q) for q in forms]
+    return min((q for q in forms if q), key=lambda q: len(q.terms))
+
+
+def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Poly:
     """What is left of a difference modulo what holds where the equation stands."""
     theory = low.theory
     if is_identity(low):
-        return theory.canonical(p)
+        return theory.canonical(p, keep=keep)
     if _has(p, "exact"):
         p = theory.by_exact_laws(p)
     n = order_of(low)
@@ -172,7 +180,7 @@ def reduced(low: Lowering, p: Poly) -> Poly:
     if low.names & {"alpha", "beta"} or any(a.kind == "integral" for a in p.atoms):
         p = theory.slow_equation(p)
     p = _eigenvalue(low, p)
-    p = _unsaid(low, theory.canonical(p))
+    p = _unsaid(low, theory.canonical(p, keep=keep))
     return _coefficients(low, p)
 
 
@@ -326,6 +334,3 @@ def grounds(low: Lowering) -> str:
     if n:
         return f"by the equations up to order {n}"
     return "by the equations it stands on"
-
-
-__all__ = ["Row", "atom", "counts", "decide", "ledger", "reduced"]

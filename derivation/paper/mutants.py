@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from derivation.paper.algebra import Poly
-from derivation.paper.edits import edits
+from derivation.paper.edits import Edit, errors
 from derivation.paper.ledger import Row, ledger, order_of
 from derivation.paper.lower import Lowering, UndecidedError, UnfitError
 from derivation.paper.notation import Notation
@@ -24,8 +24,7 @@ class Mutant:
     """One edit and what became of it: ``reported``, ``equivalent`` or ``missed``; the row as decided."""
 
     label: str
-    kind: str
-    equation: Equation
+    edit: Edit
     outcome: str
     row: Row
 
@@ -40,16 +39,16 @@ def mutants(equations: Iterable[Equation], notation: Notation, theory: Theory) -
             if isinstance(equation.body, Tuple):
                 continue  # states nothing
             before = statement(equation, notation, theory)
-            for kind, edited in edits(equation, notation):
-                rows = ledger([*display[:k], edited, *display[k + 1 :]], notation, theory)
+            for edit in errors(equation, notation):
+                rows = ledger([*display[:k], edit.equation, *display[k + 1 :]], notation, theory)
                 others = [r for j, r in enumerate(rows) if j != k and r.status == "differs"]
                 if rows[k].status == "differs" and not others:
                     outcome = "reported"
-                elif not others and same(before, statement(edited, notation, theory)):
+                elif not others and same(before, statement(edit.equation, notation, theory)):
                     outcome = "equivalent"
                 else:
                     outcome = "missed"
-                yield Mutant(equation.label, kind, edited, outcome, rows[k])
+                yield Mutant(equation.label, edit, outcome, rows[k])
 
 
 def statement(equation: Equation, notation: Notation, theory: Theory) -> list[Poly] | None:

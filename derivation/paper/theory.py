@@ -378,13 +378,31 @@ class Theory:
             value = value if a.place is None else value.at(a.place)
         return value.conjugate() if value is not None and a.bar else value
 
-    def canonical(self, p: Poly) -> Poly:
-        """Constants by their definitions: nu, mu, the polar equations, R*^2, alpha and beta in their parts."""
+    def restored(self, p: Poly) -> Poly:
+        """An expression in the letters in which the theory is written: H, P0, P2 for Y', X0', X2'."""
+        shear = atom(Atom("shape", "H")) + constant("nu") * atom(Atom("shape", "Theta"))
+        slopes = {"Y": shear}
+        for name in ("X0", "X2"):
+            tension = atom(Atom("shape", f"P{name[1]}"))
+            rest = self.shapes[f"P{name[1]}"] - constant("k1") * atom(Atom("shape", name, u=1))
+            slopes[name] = (tension - rest.map(lambda a: shear if a == Atom("shape", "Y", u=1) else None)) * (
+                constant("k1").inverse()
+            )
+
+        def image(a: Atom) -> Poly | None:
+            if a.kind != "shape" or a.name not in slopes or a.u != 1 or a.place is not None:
+                return None
+            return slopes[a.name].conjugate() if a.bar else slopes[a.name]
+
+        return p.rewrite(image)
+
+    def canonical(self, p: Poly, *, keep: frozenset[str] = frozenset()) -> Poly:
+        """Constants by their definitions: nu, mu, the polar equations, R*^2; those in ``keep`` stay."""
 
         def image(a: Atom) -> Poly | None:
             if a == Atom("operator", "t"):
                 return atom(a.replace(name="tau")) + constant("epsilon") ** 2 * atom(a.replace(name="T"))
-            return self._constants.get(a.name) if a.kind == "constant" else None
+            return self._constants.get(a.name) if a.kind == "constant" and a.name not in keep else None
 
         p = _reduced_power(p.rewrite(image), Atom("constant", "R_star"), self.saturated)
         return _reduced_power(p, Atom("exact", "cos"), 1 - atom(Atom("exact", "sin")) ** 2)

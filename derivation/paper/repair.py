@@ -1,0 +1,90 @@
+"""An equation that does not hold: the difference in short, and the smallest edit that makes it hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from derivation.paper.edits import ZERO, Edit, repairs
+from derivation.paper.ledger import Row, decide
+from derivation.paper.notation import Notation
+from derivation.paper.syntax import Equation, Relation, Rest, Sum, walk
+from derivation.paper.theory import Theory
+from derivation.paper.typeset import latex, tree
+
+#: A difference of at most so many terms is named as a missing (or surplus) term.
+SHORT = 3
+#: At most so many edits are tried for one equation.
+TRIALS = 300
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What would make an equation true.
+
+    Attributes:
+        kind: what was wrong: "sign", "factor", "symbol", "missing term", ...
+        text: the edit in words, mathematics as LaTeX.
+        latex: the equation after it.
+    """
+
+    kind: str
+    text: str
+    latex: str
+
+
+def repair(row: Row, notation: Notation, theory: Theory) -> Repair | None:
+    """The smallest single edit of the printed equation after which it holds; None if there is none."""
+    for edit in islice(sorted(repairs(row.equation, notation), key=_size), TRIALS):
+        if _holds(decide(edit.equation, notation, theory)) and not _vacuous(edit.equation, notation, theory):
+            return Repair(edit.kind, _words(edit), _printed(edit.equation))
+    return _missing_term(row, notation, theory)
+
+
+def _vacuous(equation: Equation, notation: Notation, theory: Theory) -> bool:
+    """It holds only because each of its terms vanishes."""
+    body = equation.body
+    if not isinstance(body, Relation):
+        return True
+    sides = (body.left, body.right)
+    terms = [t for s in sides for t in (s.terms if isinstance(s, Sum) else (s,))]
+    terms = [t for t in terms if t != ZERO and not isinstance(t, Rest)]
+    nothing = Rest("nst") if Rest("nst") in walk(body) else ZERO
+    single = (replace(equation, body=Relation(body.op, t, nothing)) for t in terms)
+    return len(terms) > 1 and all(_holds(decide(e, notation, theory)) for e in single)
+
+
+def _holds(row: Row) -> bool:
+    return row.status in ("premise", "verified")
+
+
+def _size(edit: Edit) -> tuple[bool, int]:
+    """Edits of small pieces before edits of large ones; something put in comes last."""
+    sizes = [sum(1 for _ in walk(n)) for n in (edit.old, edit.new) if n is not None]
+    return edit.kind == "missing factor", max(sizes)
+
+
+def _words(edit: Edit) -> str:
+    if edit.new is None and edit.old is not None:
+        return f"leave out {latex(edit.old)}"
+    assert edit.old is not None
+    assert edit.new is not None
+    return f"write {latex(edit.new)} for {latex(edit.old)}"
+
+
+def _missing_term(row: Row, notation: Notation, theory: Theory) -> Repair | None:
+    """Left minus right is what the right side lacks, where it is short."""
+    body = row.equation.body
+    if not isinstance(body, Relation) or not row.difference or len(row.difference.terms) > SHORT:
+        return None
+    lacking = tree(row.difference, notation)
+    terms = lacking.terms if isinstance(lacking, Sum) else (lacking,)
+    right = body.right.terms if isinstance(body.right, Sum) else (body.right,)
+    whole = Relation(body.op, body.left, Sum((*right, *terms)))
+    return Repair("missing term", f"add {latex(lacking)} on the right", latex(whole))
+
+
+def _printed(equation: Equation) -> str:
+    place = equation.place
+    at = rf" \quad \mathrm{{at}}\ {latex(place)}" if place is not None else ""
+    return latex(equation.body) + at

@@ -135,12 +135,12 @@ def second_order(
     k1, k2, _, gamma1 = parameters
     lam = 1j * omega
     fields = (mode.Y, mode.Theta, mode.Theta_u, mode.H)
-    X0, X0_u = _two_point(
+    X0, X0_u = two_point(
         k1, kernels.X0_operator(),
         kernels.X0_forcing(*fields, lam, k1, k2, gamma1, force),
         kernels.X0_tip_slope(mode.Theta_tip, k1, force), nodes,
     )  # fmt: skip
-    X2, X2_u = _two_point(
+    X2, X2_u = two_point(
         k1, kernels.X2_operator(lam, gamma1),
         kernels.X2_forcing(*fields, lam, k1, k2, gamma1, force),
         kernels.X2_tip_slope(mode.Theta_tip, k1, force), nodes,
@@ -158,7 +158,7 @@ def second_order(
     return Corrections(X0, X2, P0, P2, float(residual))
 
 
-def _two_point(
+def two_point(
     k1: float, c: complex, forcing: Complex, slope: complex, nodes: Nodes
 ) -> tuple[Complex, Complex]:
     """X and X' with k1X'' = cX + forcing, X(0) = 0, X'(1) = slope.

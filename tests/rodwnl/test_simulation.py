@@ -130,17 +130,18 @@ def test_the_straight_rod_rests_and_is_neutral_at_its_thresholds(rod):
 
 
 def test_a_run_follows_the_displacement_form_under_another_integrator():
-    form = angle_form(FIRST, 40.0, 20)
-    other = discretise(*FIRST.floats(), 40.0, 20)
-    at = np.searchsorted(form.nodes, other.nodes)
-    start = other.state(*(field[at] for field in form.fields(perturbed(form, 0.05))[:3]))
-    ours = simulate(FIRST, 40, "0.03", "0.05", 20, 1e-9)
+    """From a shape in the middle of the run (the start does not fit the tip conditions) to its end."""
+    ours = simulate(FIRST, 40, "0.05", "0.1", 24, 1e-9)
+    middle = ours.frame_time.size // 2
+    other = discretise(*FIRST.floats(), 40.0, 24)
+    at = np.searchsorted(ours.nodes, other.nodes)
+    start = other.state(*(field[middle, at] for field in (ours.x, ours.y, ours.theta)))
     theirs = solve_ivp(
-        lambda t, q: other.rhs(q), (0, 0.03), start, "BDF", rtol=1e-8, atol=1e-10,
+        lambda t, q: other.rhs(q), (ours.frame_time[middle], ours.time[-1]), start, "BDF", rtol=1e-8, atol=1e-10,
         jac=lambda t, q: other.jacobian(q),
     )  # fmt: skip
     tip = other.tip(theirs.y[:, -1])
-    np.testing.assert_allclose([ours.tip_x[-1], ours.tip_y[-1], ours.tip_theta[-1]], tip, atol=3e-6)
+    np.testing.assert_allclose([ours.tip_x[-1], ours.tip_y[-1], ours.tip_theta[-1]], tip, atol=3e-7)
 
 
 @pytest.fixture(scope="module")

@@ -68,8 +68,8 @@ class HopfSearch:
 
     thresholds: crossings by the leading eigenvalue, by increasing force. later: crossings by other
     eigenvalues, None if they were not asked for. range_cut: whether the range asked for was cut at ν = 0
-    (F = k1). growth: the largest Re λ at the forces where the spectrum was computed, growth_force:
-    where; evaluations: how many.
+    (F = k1). growth, growth_force: the largest Re λ met and where; of the whole range if it is negative.
+    evaluations: forces at which the scan computed the spectrum.
     """
 
     rod: RodParameters
@@ -115,13 +115,12 @@ def hopf_thresholds(
     seen, crossings = scan(parameters, float(upper), all_crossings)
     found = sorted((_newton(parameters, *crossing) for crossing in crossings), key=lambda t: t.force)
     counted = _counted(parameters, found, float(upper), all_crossings)
-    highest = np.unravel_index(np.argmax(seen.eigenvalue.real), seen.eigenvalue.shape)
+    growth, growth_force = _highest(parameters, seen, rounds=0 if counted else 3)
     return HopfSearch(
         rod, upper, cut,
         thresholds=tuple(t for t in counted if t.leading),
         later=tuple(t for t in counted if not t.leading) if all_crossings else None,
-        growth=float(seen.eigenvalue.real[highest]),
-        growth_force=float(seen.force[highest[0]]),
+        growth=growth, growth_force=growth_force,
         evaluations=len(seen.force),
     )  # fmt: skip
 
@@ -249,6 +248,20 @@ def _crossing(bernstein: Complex, start: float, step: float) -> Crossing:
 
 def _unstable(samples: Samples) -> NDArray[np.int_]:
     return np.asarray(np.sum(samples.eigenvalue.real > 0, axis=-1))
+
+
+def _highest(parameters: Floats, seen: Samples, rounds: int) -> tuple[float, float]:
+    """The largest Re λ and its force; each round looks more closely around the highest sample."""
+    for _ in range(rounds):
+        order = np.argsort(seen.force)
+        force = seen.force[order]
+        at = int(np.argmax(seen.eigenvalue.real.max(axis=1)[order]))
+        between = np.linspace(force[max(at - 1, 0)], force[min(at + 1, len(force) - 1)], 7)[1:-1]
+        seen = seen.followed_by(
+            Samples(between, *leading_eigenvalues(parameters, between, seen.slope.shape[1]))
+        )
+    growth = seen.eigenvalue.real.max(axis=1)
+    return float(growth.max()), float(seen.force[np.argmax(growth)])
 
 
 def _newton(parameters: Floats, low: float, high: float, force: float, omega: float) -> HopfThreshold:

@@ -99,8 +99,17 @@ def test_a_short_rod_is_stable_up_to_the_force_that_compresses_it_to_nothing():
     assert search.thresholds == ()
     assert search.range_cut
     assert search.max_force == 20
-    assert search.growth < 0
     assert 0 <= search.growth_force <= 20
+    assert -13 < search.growth < 0
+
+
+def test_a_rod_that_stays_stable_is_told_how_close_it_comes():
+    rod = RodParameters("147.5", 10000, "1e-4")  # its thresholds merged at k1 = 147.92, near F = 75.4
+    search = hopf_thresholds(rod)
+    grid = np.linspace(74, 77, 301)
+    growth = leading_eigenvalues(rod.floats(), grid)[0].real.max(axis=1)
+    assert search.growth_force == pytest.approx(grid[np.argmax(growth)], abs=0.2)
+    assert search.growth == pytest.approx(growth.max(), abs=2e-2)
 
 
 @pytest.mark.parametrize(

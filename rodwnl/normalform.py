@@ -1,7 +1,7 @@
 """α and β of a rod by an independent route: the discretised full rod, differentiated exactly.
 
-Nothing of the expansion is used. The rod in its strains, E w_t = R(w, F) (`strainform`), is linearised at
-the straight state; its critical eigenvectors and the exact second and third derivatives of R give the
+Nothing of the expansion is used. The rod in its strains, E w_t = R(w, F) (`strainform`, where w now holds the
+strains at the tip too), is linearised at the straight state; its critical eigenvectors and the exact second and third derivatives of R give the
 coefficients of
 
     dA/dt = α |A|² A + β (F − F_c) A
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rodwnl.errors import ComputationError
 from rodwnl.nilpotent import Nilpotent, Value, nilpotent
-from rodwnl.strainform import RodLaw, Triple, mass, residual, tip
+from rodwnl.strainform import RodLaw, Triple, integrals, mass, residual, tip
 
 Vector = NDArray[Any]
 MAX_STEPS = 50
@@ -34,8 +34,8 @@ SETTLED = (
 class NormalForm:
     """A Hopf point of the discretised rod; lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
-    mode, adjoint (3(N+1),): right and left eigenvectors (slopes of h1, h2, Π at the nodes), tip
-    displacement of the mode 1, adjoint*·E·mode = 1. residual: of the eigenproblem, relative to its largest
+    mode, adjoint (3(N+1) + 3,): right and left eigenvectors (slopes of h1, h2, Π at the nodes, then their
+    values at the tip), tip displacement of the mode 1, adjoint*·E·mode = 1. residual: of the eigenproblem, relative to its largest
     row. tail: the mode's two last Chebyshev coefficients relative to its largest; where it is not small N
     is too low.
     """
@@ -81,18 +81,27 @@ def normal_form(law: RodLaw, force: float, omega: float, degree: int = 32) -> No
 
 @dataclass(frozen=True)
 class _Discrete:
-    """The law on one grid, with the fields strung into one vector of 3(N+1) slopes."""
+    """The law on one grid, the state strung into one vector: 3(N+1) slopes, then 3 strains at the tip."""
 
     law: RodLaw
     degree: int
 
+    @property
+    def size(self) -> int:
+        return 3 * (self.degree + 1) + 3
+
     @cached_property
     def mass(self) -> Vector:
-        return np.kron(np.eye(3), mass(self.degree))
+        """E: u z1_t − ∫₀ᵘ∫ᵤ¹ w_t in the rows of each field, nothing in those of the tip."""
+        E, one = np.zeros((self.size, self.size)), np.eye(3)
+        E[:-3, :-3] = np.kron(one, mass(self.degree))
+        E[:-3, -3:] = np.kron(one, integrals(self.degree).nodes[:, None])
+        return E
 
     def straight(self, force: float) -> Vector:
-        """The straight state, R(w, F) = 0 with h2 = Π = 0, by Newton's method from constant strains."""
-        w = np.zeros(3 * (self.degree + 1))
+        """The straight state, R(w, F) = 0 with h2 = Π = 0, by Newton's method from the unloaded rod."""
+        w = np.zeros(self.size)
+        w[-3] = 1.0
         for _ in range(MAX_STEPS):
             step = np.linalg.solve(self.jacobian(w, force), self.derivative(w, force))
             w = w - step
@@ -101,14 +110,15 @@ class _Discrete:
         raise ComputationError(f"no straight equilibrium was found at force {force:.17g}")
 
     def derivative(self, w: Vector, force: float, *directions: tuple[Vector, float]) -> Vector:
-        """D^k R(w, F) along k directions (dw, dF) of shape (…, 3(N+1)) and number; R itself for k = 0."""
+        """D^k R(w, F) along k directions (dw, dF) of the shape of w and number; R itself for k = 0."""
         slopes = nilpotent(w, *((i, d) for i, (d, _) in enumerate(directions, 1)))
         loads = nilpotent(force, *((i, d) for i, (_, d) in enumerate(directions, 1)))
-        rows = residual(self.law, self._fields(slopes), loads, self.degree)
+        fields, ends = residual(self.law, *self._split(slopes), loads, self.degree)
         wanted = range(1, len(directions) + 1)
-        shape = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
-        each = (*shape[:-1], self.degree + 1)
-        return np.concatenate([np.broadcast_to(row.part(*wanted), each) for row in rows], axis=-1)
+        *many, _ = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
+        parts = [np.broadcast_to(row.part(*wanted), (*many, self.degree + 1)) for row in fields]
+        parts += [np.broadcast_to(row.part(*wanted), (*many, 1)) for row in ends]
+        return np.concatenate(parts, axis=-1)
 
     def jacobian(self, w: Vector, force: float) -> Vector:
         """L = ∂R/∂w."""
@@ -123,16 +133,20 @@ class _Discrete:
     def tip_row(self, w: Vector, force: float) -> Vector:
         """ℓ: slopes -> transverse displacement of the tip, linearised."""
         slopes = nilpotent(w, (1, np.eye(w.size)))
-        row: Vector = tip(self.law, self._fields(slopes), force, self.degree)[1].part(1)
+        row: Vector = tip(*self._split(slopes), self.degree)[1].part(1)
         return row
 
-    def _fields(self, slopes: Nilpotent) -> Triple:
+    def _split(self, state: Nilpotent) -> tuple[Triple, Triple]:
+        """The strains at the tip and the slopes."""
         n = self.degree + 1
 
-        def field(i: int) -> Value:
-            return slopes.map(lambda a: a[..., i * n : (i + 1) * n])
+        def columns(start: int, end: int) -> Value:
+            return state.map(lambda a: a[..., start:end])
 
-        return field(0), field(1), field(2)
+        return (
+            (columns(3 * n, 3 * n + 1), columns(3 * n + 1, 3 * n + 2), columns(3 * n + 2, 3 * n + 3)),
+            (columns(0, n), columns(n, 2 * n), columns(2 * n, 3 * n)),
+        )
 
 
 def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
@@ -142,7 +156,7 @@ def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, floa
     Bifurcations of Dynamical Equilibria, 2000, chapter 3), which vanishes exactly where iω is an
     eigenvalue: (M b; ℓ 0)(q; g) = (0; 1) and (p* h)(M b; ℓ 0) = (0 1), M = L − iω E, so that dg = −p* dM q.
     """
-    size = 3 * (rod.degree + 1)
+    size = rod.size
     b = np.ones(size, dtype=complex)
     right, left = np.zeros(size + 1), np.zeros(size + 1)
     right[-1] = left[-1] = 1.0
@@ -173,7 +187,7 @@ def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, floa
 
 def _tail(q: Vector, degree: int) -> float:
     """The two last Chebyshev coefficients, relative to the field's largest; vanishing fields left out."""
-    fields = q.reshape(3, degree + 1)
+    fields = q[:-3].reshape(3, degree + 1)
     mirrored = np.concatenate([fields, fields[:, -2:0:-1]], axis=1)
     series = np.abs(np.fft.fft(mirrored, axis=1)[:, : degree + 1])
     largest = series.max(axis=1)

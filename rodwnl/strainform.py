@@ -5,17 +5,16 @@ Their compatibility with the velocities of the cross-section is polynomial and f
 
     h1_t = v1' − Π v2 + Ω h2,    h2_t = v2' + Π v1 − Ω h1,    Π_t = Ω'.
 
-The unknowns are the slopes w = z'. Then z = z(1) − ∫ᵤ¹ w, the tip condition z(1) is known from the load
-(plain follower force), the velocities follow from the balance of forces and moments, and the clamp is v(0)
-= 0, so that with ∫₀ᵘ of the above
+The unknowns are the slopes w = z' and the strains at the tip, z1 = z(1). Then z = z1 − ∫ᵤ¹ w, the velocities
+follow from the balance of forces and moments, and the clamp is v(0) = 0, so that with ∫₀ᵘ of the above
 
-    −∫₀ᵘ∫ᵤ¹ w_t = v + ∫₀ᵘ (Ω h2 − Π v2, Π v1 − Ω h1, 0),    in short E w_t = R(w).
+    u z1_t − ∫₀ᵘ∫ᵤ¹ w_t = v + ∫₀ᵘ (Ω h2 − Π v2, Π v1 − Ω h1, 0),
+                      0 = stress(z1) − load(θ(1), v(1), F),            in short E (w, z1)_t = R(w, z1).
 
 w is a polynomial on Chebyshev points; the matrices of the two integrals have entries below 1, so that
 nothing grows with the number of points, as the round-off of derivative matrices does.
 
-A rod is given by its law: stresses, drags, strain at the tip. Each is evaluated on arrays or on
-`Nilpotent`s.
+A rod is given by its law: stresses, drags, loads. Each is evaluated on arrays or on `Nilpotent`s.
 """
 
 from __future__ import annotations
@@ -42,13 +41,14 @@ class RodLaw:
     """What a rod is made of, in units with γ2 = k3 = 1.
 
     stress: (h1, h2, Π) -> (F1, F2, M), the gradient of the stored energy. drag: (h1, h2, Π) -> (γ1, γ2,
-    γ3). tip: force -> strains at u = 1, where the stresses are those of the load. Exactly smooth functions
-    of + − × ÷, powers, `nilpotent.sin` and `nilpotent.cos`.
+    γ3). load: (θ, (v1, v2, Ω), force) -> the stresses imposed at u = 1. body: force -> force along e1 per
+    length. Smooth functions of + − × ÷, powers, `nilpotent.sin` and `nilpotent.cos`.
     """
 
     stress: Callable[[Any, Any, Any], Triple]
     drag: Callable[[Any, Any, Any], Triple]
-    tip: Callable[[Any], Triple]
+    load: Callable[[Any, Triple, Any], Triple]
+    body: Callable[[Any], Any] = lambda force: 0.0
 
 
 def follower(k1: float, k2: float, gamma3: float, gamma1: float = 0.5) -> RodLaw:
@@ -56,7 +56,7 @@ def follower(k1: float, k2: float, gamma3: float, gamma1: float = 0.5) -> RodLaw
     return RodLaw(
         stress=lambda h1, h2, pi: (k1 * (h1 - 1.0), k2 * h2, pi),
         drag=lambda h1, h2, pi: (gamma1, 1.0, gamma3),
-        tip=lambda force: (1.0 - force / k1, 0.0, 0.0),
+        load=lambda theta, v, force: (-force, 0.0, 0.0),
     )
 
 
@@ -96,40 +96,50 @@ def integrals(degree: int) -> Integrals:
     return Integrals(grid.nodes, up, down, grid.weights)
 
 
-def strains(law: RodLaw, slopes: Triple, force: Value, degree: int) -> Triple:
-    """z = z(1) − ∫ᵤ¹ w at the nodes. Fields, here and below: three arrays or Nilpotents, (…, N+1) each."""
+def strains(ends: Triple, slopes: Triple, degree: int) -> Triple:
+    """z = z1 − ∫ᵤ¹ w at the nodes. Ends z1: (…, 1) or numbers; fields, here and below: (…, N+1); three each,
+    arrays or Nilpotents.
+    """
     down = integrals(degree).down.T
-    h1, h2, pi = (
-        tip - nilpotent(w).map(lambda a: a @ down) for tip, w in zip(law.tip(force), slopes, strict=True)
-    )
+    h1, h2, pi = (end - nilpotent(w).map(lambda a: a @ down) for end, w in zip(ends, slopes, strict=True))
     return h1, h2, pi
 
 
-def velocities(law: RodLaw, z: Triple, slopes: Triple) -> Triple:
+def velocities(law: RodLaw, z: Triple, slopes: Triple, force: Value) -> Triple:
     """(v1, v2, Ω) from the balance of forces and moments; F' is the stresses' derivative along z' = w."""
     moving = [field + _ALONG * w for field, w in zip(z, slopes, strict=True)]
     (F1, F1_u), (F2, F2_u), (_, M_u) = (_split(stress) for stress in law.stress(*moving))
     h1, h2, pi = z
     gamma1, gamma2, gamma3 = law.drag(h1, h2, pi)
-    return (F1_u - pi * F2) / gamma1, (F2_u + pi * F1) / gamma2, (M_u + h1 * F2 - h2 * F1) / gamma3
-
-
-def residual(law: RodLaw, slopes: Triple, force: Value, degree: int) -> Triple:
-    """R(w): at u = 0 the clamp's v = 0, elsewhere the compatibility of strains and velocities up to u."""
-    up = integrals(degree).up.T
-    h1, h2, pi = z = strains(law, slopes, force, degree)
-    v1, v2, omega = velocities(law, z, slopes)
     return (
+        (F1_u - pi * F2 + law.body(force)) / gamma1,
+        (F2_u + pi * F1) / gamma2,
+        (M_u + h1 * F2 - h2 * F1) / gamma3,
+    )
+
+
+def residual(law: RodLaw, ends: Triple, slopes: Triple, force: Value, degree: int) -> tuple[Triple, Triple]:
+    """R: at u = 0 the clamp's v = 0, elsewhere the compatibility of strains and velocities up to u; and the
+    stresses minus the load at the tip, (…, 1) each.
+    """
+    up = integrals(degree).up.T
+    h1, h2, pi = z = strains(ends, slopes, degree)
+    v1, v2, omega = v = velocities(law, z, slopes, force)
+    compatibility = (
         v1 + (omega * h2 - pi * v2).map(lambda a: a @ up),
         v2 + (pi * v1 - omega * h1).map(lambda a: a @ up),
         omega,
     )
+    at_tip = [nilpotent(field).map(lambda a: a[..., -1:]) for field in (pi.map(lambda a: a @ up), *v)]
+    imposed = law.load(at_tip[0], (at_tip[1], at_tip[2], at_tip[3]), force)
+    f1, f2, m = (stress - load for stress, load in zip(law.stress(*ends), imposed, strict=True))
+    return compatibility, (f1, f2, m)
 
 
-def tip(law: RodLaw, slopes: Triple, force: Value, degree: int) -> Triple:
+def tip(ends: Triple, slopes: Triple, degree: int) -> Triple:
     """(x, y, θ) at u = 1, of shape (…)."""
     matrices = integrals(degree)
-    h1, h2, pi = strains(law, slopes, force, degree)
+    h1, h2, pi = strains(ends, slopes, degree)
     theta = pi.map(lambda a: a @ matrices.up.T)
     c, s = cos(theta), sin(theta)
     x, y, angle = (f.map(lambda a: a @ matrices.whole) for f in (h1 * c - h2 * s, h1 * s + h2 * c, pi))
@@ -137,7 +147,7 @@ def tip(law: RodLaw, slopes: Triple, force: Value, degree: int) -> Triple:
 
 
 def mass(degree: int) -> Matrix:
-    """E of one field, (N+1, N+1): −∫₀ᵘ∫ᵤ¹. The same for each of the three."""
+    """E of one field's slopes, (N+1, N+1): −∫₀ᵘ∫ᵤ¹. The same for each of the three."""
     matrices = integrals(degree)
     return np.asarray(-matrices.up @ matrices.down)
 

@@ -17,7 +17,9 @@ from typer.core import TyperGroup
 
 from rodwnl.errors import ComputationError, InputError
 
-COMMANDS = ("hopf", "landau", "predict", "simulate", "reproduce", "derive")  # as --help lists them
+COMMANDS = (  # as --help lists them
+    "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "reproduce", "derive",
+)  # fmt: skip
 
 
 class LazyCommands(TyperGroup):

@@ -102,17 +102,17 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
 
 def _symbol(row: PolyElement, ring: JetRing, shapes: tuple[str, str]) -> tuple[PolyElement, ...]:
     """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes lambda."""
-    images: dict[PolyElement, PolyElement] = {g: ring.zero for g in row.ring.gens if str(g) not in ring}
+    jets = {s + ("_" + "u" * k if k else ""): (s, ring["r"] ** k) for s in shapes for k in range(3)}
     entries = []
     for s in shapes:
-        one = dict(images)
-        for g in row.ring.gens:
-            for k in range(3):
-                if str(g) == s + ("_" + "u" * k if k else ""):
-                    one[g] = ring["r"] ** k
-            if str(g) == "omega":
-                one[g] = -ring.i * ring["lam"]
-        entries.append(ring.reduce(homomorphism(row, one, ring)))
+        images = {}
+        for g, symbol in zip(row.ring.gens, row.ring.symbols, strict=True):
+            if symbol.name == "omega":
+                images[g] = -ring.i * ring["lam"]
+            elif symbol.name not in ring:
+                owner, power = jets.get(symbol.name, ("", ring.zero))
+                images[g] = power if owner == s else ring.zero
+        entries.append(ring.reduce(homomorphism(row, images, ring)))
     return tuple(entries)
 
 

@@ -21,6 +21,7 @@ from derivation.model import RodModel
 from derivation.symbols import FIELDS, jet_name, symbol
 
 Vector = tuple[PolyElement, PolyElement, PolyElement]
+SeriesVector = tuple[Series, Series, Series]
 
 
 @dataclass(frozen=True)
@@ -93,10 +94,7 @@ class Hierarchy:
 def build_hierarchy(model: RodModel, law: Constitution, kinematics: ExpandedKinematics) -> Hierarchy:
     """Substitute the expanded kinematics into the balance laws (eq:dynamicsfull) and the tip conditions."""
     ring, order = kinematics.ring, kinematics.order
-    straight = _straight_rod(law, ring)
-    stresses = _stresses(law, kinematics, straight)
-    balance = _balance(law, kinematics, stresses, straight)
-    tip = _tip(law, kinematics, stresses, straight)
+    straight, stresses, balance, tip = balance_laws(law, kinematics)
     orders: list[Order] = []
     tip_rules: dict[PolyElement, PolyElement] = {}
     for n in range(1, order + 1):
@@ -115,6 +113,19 @@ def build_hierarchy(model: RodModel, law: Constitution, kinematics: ExpandedKine
         at_n_stresses = _vector(s[n] for s in stresses)
         orders.append(Order(n, at_n_stresses, at_n, tip_n, linear, forcing, tip_linear, traction, slopes))
     return Hierarchy(model, law, ring, straight, tuple(orders), tip_rules)
+
+
+def balance_laws(
+    law: Constitution, kinematics: ExpandedKinematics
+) -> tuple[StraightRod, SeriesVector, SeriesVector, SeriesVector]:
+    """The straight rod; then, as series in epsilon, stresses, balance laws and tip conditions.
+
+    Balance laws are drag minus elastic terms, tip conditions stresses minus load: zero on solutions.
+    """
+    straight = _straight_rod(law, kinematics.ring)
+    stresses = _stresses(law, kinematics, straight)
+    balance = _balance(law, kinematics, stresses, straight)
+    return straight, stresses, balance, _tip(law, kinematics, stresses)
 
 
 def _vector(rows: Iterable[PolyElement]) -> Vector:
@@ -140,9 +151,7 @@ def _straight_rod(law: Constitution, ring: JetRing) -> StraightRod:
     return StraightRod(nu, balance, k2 * ring["nu"] + load, load, (k1, k2, k3), inverse, _vector(weights))
 
 
-def _stresses(
-    law: Constitution, kinematics: ExpandedKinematics, straight: StraightRod
-) -> tuple[Series, Series, Series]:
+def _stresses(law: Constitution, kinematics: ExpandedKinematics, straight: StraightRod) -> SeriesVector:
     """(F1, F2, M) = grad W, expanded; F1 of the straight rod is minus the compression it carries."""
     ring = kinematics.ring
     h1, h2, curvature = kinematics.strains
@@ -161,9 +170,9 @@ def _insert(e: Expr, images: dict[str, Series], ring: JetRing, order: int) -> Se
 def _balance(
     law: Constitution,
     kinematics: ExpandedKinematics,
-    stresses: tuple[Series, Series, Series],
+    stresses: SeriesVector,
     straight: StraightRod,
-) -> tuple[Series, Series, Series]:
+) -> SeriesVector:
     """eq:dynamicsfull, drag minus elastic: zero on solutions; the compression written as mu - k2 nu."""
     ring, order = kinematics.ring, kinematics.order
     (f1, f2, m), (h1, h2, curvature) = stresses, kinematics.strains
@@ -204,13 +213,11 @@ def _detuned_force(ring: JetRing, order: int) -> Series:
 def _tip(
     law: Constitution,
     kinematics: ExpandedKinematics,
-    stresses: tuple[Series, Series, Series],
-    straight: StraightRod,
-) -> tuple[Series, Series, Series]:
+    stresses: SeriesVector,
+) -> SeriesVector:
     """Stresses minus load at u = 1."""
     ring, order = kinematics.ring, kinematics.order
-    theta = (ring.zero, *(ring[jet_name("theta", n, 0)] for n in range(1, order + 1)))
-    images = {"theta": theta, "force": _detuned_force(ring, order)}
+    images = {"theta": kinematics.theta, "force": _detuned_force(ring, order)}
     images |= dict(zip(VELOCITIES, kinematics.velocities, strict=True))
     # What the straight rod carries at its tip: all of it under a tip load, nothing under a distributed one.
     carried = ((-ring["force"] if law.uniform else ring.zero), *stresses[0][1:])
@@ -232,12 +239,12 @@ def _combine(*terms: tuple[int, Series]) -> Series:
 
 def _fields_of_order(ring: JetRing, n: int) -> list[PolyElement]:
     held = {f"{f}{n}" for f in FIELDS}
-    return [g for g in ring.ring.gens if str(g).split("_")[0] in held]
+    return [g for name, g in zip(ring.names, ring.ring.gens, strict=True) if name.split("_")[0] in held]
 
 
 def _linear_in(ring: JetRing, p: PolyElement, fields: list[PolyElement]) -> PolyElement:
     """The part of ``p`` of degree 1 in ``fields`` and without any other field."""
-    others = [g for g in ring.ring.gens if _is_jet(str(g)) and g not in fields]
+    others = [ring[name] for name in ring.names_of(p) if _is_jet(name) and ring[name] not in fields]
     alone = ring.coefficient(p, ring.one, others)
     return sum(
         (m * c for m, c in ring.parts(alone, fields).items() if ring.degree(m, fields) == 1), ring.zero

@@ -50,9 +50,14 @@ class JetRing:
     def _by_name(self) -> dict[str, PolyElement]:
         names = self.__dict__.get("_names")
         if names is None:
-            names = {s.name: g for s, g in zip(self.ring.symbols, self.ring.gens, strict=True)}
+            names = dict(zip(self.names, self.ring.gens, strict=True))
             object.__setattr__(self, "_names", names)
         return names
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The generators' names, in the ring's order (printing a generator is slow)."""
+        return tuple(s.name for s in self.ring.symbols)
 
     @property
     def zero(self) -> PolyElement:
@@ -123,7 +128,7 @@ class JetRing:
 
     def names_of(self, p: PolyElement) -> list[str]:
         """Names of the generators that occur in ``p``."""
-        return [str(g) for g in self.generators_of(p)]
+        return [s.name for k, s in enumerate(p.ring.symbols) if any(m[k] for m in p.monoms())]
 
     def apply(self, p: PolyElement, images: Images) -> PolyElement:
         """Replace generators by polynomials of this ring, simultaneously."""
@@ -211,13 +216,13 @@ def homomorphism(p: PolyElement, images: Images, target: JetRing) -> PolyElement
     Raises:
         KeyError: if a generator of ``p`` has neither an image nor a namesake in ``target``.
     """
-    gens = p.ring.gens
+    gens, symbols = p.ring.gens, p.ring.symbols
     powers: dict[tuple[int, int], PolyElement] = {}
 
     def power(k: int, e: int) -> PolyElement:
         if (k, e) not in powers:
             g = gens[k]
-            base = images[g] if g in images else target[str(g)]
+            base = images[g] if g in images else target[symbols[k].name]
             powers[k, e] = base**e
         return powers[k, e]
 

@@ -31,10 +31,14 @@ class ExactKinematics:
 
 @dataclass(frozen=True)
 class ExpandedKinematics:
-    """The same as series in epsilon, coefficients in the ring of jets (appendix A of the paper)."""
+    """The same as series in epsilon, coefficients in the ring of jets (appendix A of the paper).
+
+    ``theta`` is the angle itself, on which a tip load may depend.
+    """
 
     ring: JetRing
     order: int
+    theta: Series
     strains: tuple[Series, Series, Series]
     velocities: tuple[Series, Series, Series]
 
@@ -153,18 +157,28 @@ def expand_kinematics(exact: ExactKinematics, law: Constitution, order: int) -> 
         slow = (zero, zero, *(ring.derive(c, "T") for c in s[:-2]))
         return tuple(ring.derive(c, "tau") + t for c, t in zip(s, slow[: order + 1], strict=True))
 
-    cos, sin = cosine_and_sine(ring, field("theta"))
+    fields = {f: field(f) for f in FIELDS}
+    straight = dict(zip(FIELDS, (ring["nu"], zero, zero), strict=True))
+    slopes = {f: d_u(fields[f], straight[f]) for f in FIELDS}
+    return insert_fields(exact, ring, fields["theta"], slopes, {f: d_t(s) for f, s in fields.items()})
+
+
+def insert_fields(
+    exact: ExactKinematics, ring: JetRing, theta: Series, slopes: dict[str, Series], rates: dict[str, Series]
+) -> ExpandedKinematics:
+    """The exact strains and velocities at fields given as series: theta, and d/du, d/dt of (x, y, theta)."""
+    order = len(theta) - 1
+    cos, sin = cosine_and_sine(ring, theta)
     images: dict[PolyElement, Series] = {exact.ring["cos"]: cos, exact.ring["sin"]: sin}
-    for f, base in zip(FIELDS, (ring["nu"], zero, zero), strict=True):
-        images[exact.ring[f"{f}_u"]] = d_u(field(f), base)
-        images[exact.ring[f"{f}_t"]] = d_t(field(f))
+    images |= {exact.ring[f"{f}_u"]: s for f, s in slopes.items()}
+    images |= {exact.ring[f"{f}_t"]: s for f, s in rates.items()}
 
     def expand(p: PolyElement) -> Series:
         return substitute(p, images, ring, order)
 
     h1, h2, curvature = map(expand, exact.strains)
     v1, v2, spin = map(expand, exact.velocities)
-    return ExpandedKinematics(ring, order, (h1, h2, curvature), (v1, v2, spin))
+    return ExpandedKinematics(ring, order, theta, (h1, h2, curvature), (v1, v2, spin))
 
 
 def cosine_and_sine(ring: JetRing, theta: Series) -> tuple[Series, Series]:
@@ -190,8 +204,8 @@ def substitute(p: PolyElement, images: dict[PolyElement, Series], ring: JetRing,
 
     for monom, coeff in p.terms():
         term = constant(ring.ring.ground_new(coeff))
-        for g, e in zip(p.ring.gens, monom, strict=True):
+        for g, s, e in zip(p.ring.gens, p.ring.symbols, monom, strict=True):
             for _ in range(e):
-                term = multiply(term, images[g] if g in images else constant(ring[str(g)]), ring)
+                term = multiply(term, images[g] if g in images else constant(ring[s.name]), ring)
         total = [a + b for a, b in zip(total, term, strict=True)]
     return tuple(total)

@@ -15,9 +15,13 @@ from derivation.pipeline import Derivation
 from derivation.present import expression
 from derivation.resonance import Transformation
 from derivation.signature import SCALAR, Signatures, nodal, scalar
-from derivation.symbols import BAR, symbol
+from derivation.symbols import BAR, SHAPES, symbol
 
 _SPLIT_LINEAR = ("y", "theta")
+
+
+#: The order through which the modules of a rod are emitted.
+EMITTED_ORDER = 5
 
 
 def package(d: Derivation) -> Package:
@@ -29,7 +33,7 @@ def package(d: Derivation) -> Package:
     modules.append(_second_order(d, s))
     if d.third.transformed is not None:
         modules.append(_third_order(d.third.transformed, s))
-    modules += [_landau(d, s), _predictions(d)]
+    modules += [_landau(d, s), _normal_form(d, s), _predictions(d)]
     title = d.model.title
     return Package(d.model.name, f"{title[0].upper()}{title[1:]}.", tuple(modules))
 
@@ -118,9 +122,9 @@ def _operator(d: Derivation, s: Signatures) -> Module:
     functions = [
         s.function(
             "straight_rod",
-            "Stretch nu and compression of the straight rod, and the axial balance, which is zero there.",
+            "Stretch nu (where it is explicit) and compression of the straight rod, and its axial balance, zero.",
             ("eq:basestate",),
-            {"nu": nu, "compression": load, "balance": balance},
+            ({} if s.implicit else {"nu": nu}) | {"compression": load, "balance": balance},
         ),
         s.function(
             "drag_weights",
@@ -197,7 +201,7 @@ def _eigenproblem(e: Eigenproblem, s: Signatures) -> Module:
                 "Stretch nu of the straight rod and mu = k2 nu + force.",
                 "eq:basestate",
                 (),
-                {"nu": s.spell(symbol("nu")), "mu": s.spell(symbol("mu"))},
+                ({} if s.implicit else {"nu": s.spell(symbol("nu"))}) | {"mu": s.spell(symbol("mu"))},
             ),
             function(
                 "exponent_polynomial",
@@ -353,6 +357,45 @@ def _landau(d: Derivation, s: Signatures) -> Module:
         "Integrands of the Landau coefficients: alpha = numerator/denominator, beta likewise.\n\n"
         "The denominator is the integral of norm_integrand plus norm_boundary. The numerators are the\n"
         "integrals of x_untransformed plus x_boundary; or, where the load follows, of x_integrand alone.",
+        tuple(functions),
+    )
+
+
+def _normal_form(d: Derivation, s: Signatures) -> Module:
+    """The problems of all responses beyond the mode, of any order that was derived."""
+    form = d.normal_form
+    ring = form.ring
+    fields = {name: f"response {name}" for r in form.responses for name in r.shapes}
+    modes = {"Y": SHAPES["Y"][1], "Theta": SHAPES["Theta"][1]}
+    suffixes = {"": "", "_u": ", derivative", "_uu": ", second derivative"}
+    shapes = [
+        nodal(name + suffix, doc + what)
+        for name, doc in {**modes, **fields}.items()
+        for suffix, what in suffixes.items()
+    ]
+    rates = [scalar(r.coefficient, f"coefficient {r.coefficient}") for r in form.responses if r.resonant]
+    u = nodal("u", "material coordinate")
+    functions = []
+    for r in form.responses:
+        p, q, k = r.index
+        what = f"A^{p} A*^{q} delta^{k}"
+        for kind, rows, place in (("forcing", r.forcing, ""), ("traction", r.traction, ", shapes at u = 1")):
+            outputs = {f: s.formula(row, bool(place), ring) for f, row in zip(r.fields, rows, strict=True)}
+            functions.append(
+                s.function(
+                    f"{r.shapes[0]}_{kind}",
+                    f"{kind.capitalize()} of the response to {what}{place}.",
+                    ("eq:hierarchy",),
+                    outputs,
+                    (u, *shapes, *rates),
+                )
+            )
+    listed = ", ".join("".join(map(str, r.index)) for r in form.responses)
+    return Module(
+        "normal_form",
+        f"Responses Phi_pqr to A^p A*^q delta^r through order {form.order}, in the order {listed}.\n\n"
+        "((p - q) lam Gamma - M) Phi = forcing - c_pqr Gamma Phi_100, and the tip stresses minus load equal the\n"
+        "traction; c_pqr, where p = q + 1, is the coefficient of A^p A*^q delta^r in dA/dt.",
         tuple(functions),
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from derivation.adjoint import Adjoint, adjoint_problem
 from derivation.amplitude import Amplitude, amplitude_equations
+from derivation.anyorder import NormalForm, expand_normal_form, require_order
 from derivation.constitutive import Constitution, expand_model
 from derivation.corrections import SecondOrder, second_order
 from derivation.eigenproblem import Eigenproblem, eigenproblem
@@ -36,32 +37,32 @@ class Derivation:
     landau: LandauCoefficients
     eigenproblem: Eigenproblem | None
     amplitude: Amplitude
+    normal_form: NormalForm
 
 
 def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
-    """From the exact kinematics to the Stuart-Landau coefficients.
+    """From the exact kinematics to the coefficients of the amplitude equation.
 
     Args:
         model: the rod.
-        order: highest power of epsilon; 3 gives the cubic amplitude equation.
+        order: highest power of epsilon, odd. The records up to ``landau`` are those of order 3, the paper's;
+            ``normal_form`` holds the responses and coefficients through ``order``.
 
     Raises:
-        ValueError: if ``order`` is not 3.
-        ArithmeticError: if the model breaks an assumption of the theory; the message says where.
+        ValueError: if ``order`` is even or less than 3.
+        ModelError: if the model breaks an assumption of the theory; the message says which and where.
+        ArithmeticError: if a check of the derivation fails.
     """
-    if order != 3:
-        raise ValueError(f"order = {order}: the amplitude equation is derived at order 3")
+    require_order(order)
     law = expand_model(model, order)
     exact = exact_kinematics()
-    kinematics = expand_kinematics(exact, law, order)
+    kinematics = expand_kinematics(exact, law, 3)
     hierarchy = build_hierarchy(model, law, kinematics)
     modes = first_order(hierarchy)
     second = second_order(hierarchy, modes)
     third = third_order(hierarchy, second)
     adjoint = adjoint_problem(hierarchy, second.modes)
     landau = solvability(hierarchy, third, adjoint)
-    exponentials = eigenproblem(hierarchy, adjoint) if law.uniform else None
-    amplitude = amplitude_equations()
     return Derivation(
         model,
         law,
@@ -73,6 +74,7 @@ def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
         third,
         adjoint,
         landau,
-        exponentials,
-        amplitude,
+        eigenproblem(hierarchy, adjoint) if law.uniform else None,
+        amplitude_equations(),
+        expand_normal_form(exact, law, order),
     )

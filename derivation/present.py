@@ -26,7 +26,7 @@ def expression(ring: JetRing, p: PolyElement) -> Expr:
     """``p`` as an expression, grouped by coefficients; ``k1_inv`` becomes 1/k1."""
     if not p:
         return Integer(0)
-    fields = [g for g in ring.generators_of(p) if str(g) not in _PARAMETERS]
+    fields = [ring[name] for name in ring.names_of(p) if name not in _PARAMETERS]
     groups: dict[PolyElement, list[Expr]] = {}
     for monomial, coefficient in ring.parts(p, fields).items():
         number, primitive = _normalised(coefficient)
@@ -69,8 +69,7 @@ def _common_monomial(p: PolyElement) -> PolyElement:
 
 def _monomial(ring: JetRing, m: PolyElement) -> Expr:
     factors = []
-    for g, e in zip(ring.ring.gens, m.leading_expv(), strict=True):
-        name = str(g)
+    for name, e in zip(ring.names, m.leading_expv(), strict=True):
         if e:
             factors.append(symbol(_INVERSES[name]) ** -e if name in _INVERSES else symbol(name) ** e)
     return Mul(*factors)

@@ -8,12 +8,13 @@ is an argument; under a distributed load it depends on u, which is then one.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from sympy import Expr, Integer, Symbol
 from sympy.polys.rings import PolyElement
 
 from derivation.emit.program import Argument, Function
+from derivation.jets import JetRing
 from derivation.pipeline import Derivation
 from derivation.present import expression, with_eigenvalue
 from derivation.symbols import BAR, SHAPES, symbol
@@ -69,6 +70,7 @@ class Signatures:
 
     Attributes:
         parameters: the model's parameters as arguments, in their order.
+        implicit: whether nu is an argument because it cannot be given in the force.
     """
 
     def __init__(self, d: Derivation) -> None:
@@ -86,8 +88,9 @@ class Signatures:
         formulas[symbol("mu")] = expression(hierarchy.ring, straight.mu).xreplace(formulas)
         # An inverse may be that of a letter that has a formula itself.
         self._formulas = {s: e.xreplace(formulas) for s, e in formulas.items()}
+        self.implicit = straight.nu is None
         own = tuple(scalar(name, doc) for name, doc in d.model.parameters)
-        stretch = () if straight.nu is not None else (scalar("nu", "stretch of the straight rod"),)
+        stretch = (scalar("nu", "stretch of the straight rod"),) if self.implicit else ()
         basic = tuple(scalar(name, doc) for name, doc in _BASIC.items())
         self.parameters = (*basic, *own, *stretch, scalar("force", "follower force F L^2/k3"))
 
@@ -95,16 +98,28 @@ class Signatures:
         """Replace the letters of the straight rod by what they stand for."""
         return e.xreplace(self._formulas)
 
-    def formula(self, p: PolyElement, at_tip: bool = False) -> Expr:
-        """An element of the ring of modes, i omega as lam, spelt out, grouped for reading."""
-        ring = self._d.modes.ring
+    def formula(self, p: PolyElement, at_tip: bool = False, ring: JetRing | None = None) -> Expr:
+        """An element of the ring of modes (or ``ring``), i omega as lam, spelt out, grouped for reading."""
+        ring = ring or self._d.modes.ring
         spelt = self.spell(expression(ring, with_eigenvalue(ring, p)))
         return spelt.xreplace({symbol("u"): Integer(1)}) if at_tip else spelt
 
-    def function(self, name: str, doc: str, labels: tuple[str, ...], outputs: dict[str, Expr]) -> Function:
-        """A function of shapes, the eigenvalue and parameters: of those its formulas contain."""
+    def function(
+        self,
+        name: str,
+        doc: str,
+        labels: tuple[str, ...],
+        outputs: dict[str, Expr],
+        shapes: Sequence[Argument] | None = None,
+    ) -> Function:
+        """A function of shapes, the eigenvalue and parameters: of those its formulas contain.
+
+        ``shapes`` are the shapes to choose from, in order; by default those of the theory at order 3.
+        """
         used = {s.name for e in outputs.values() for s in e.free_symbols}
-        arguments = (*self._shapes(used), scalar("lam", _LAM), *self.parameters)
+        plain = {n.replace(BAR, "") for n in used}
+        chosen = self._shapes(used) if shapes is None else tuple(a for a in shapes if a.name in plain)
+        arguments = (*chosen, scalar("lam", _LAM), *self.parameters)
         return Function(name, doc, labels, arguments, tuple(outputs.items()), self._conjugates(used))
 
     @staticmethod

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "0b0fac0464b85be225850cb781d9dea1cfc8f2c816c18d59ceb8bdcfd8f7288f"
+FINGERPRINT = "14f7edbeff475ff136f53f60b3ae50daacb4ad1db3b793630cbcd54881f6d2dc"

@@ -32,14 +32,14 @@ def command(
         raise InputError("--format says how --show NAME prints: add --show, or leave it out")
 
     from derivation.emit.write import difference, render, write
-    from derivation.modules import package
+    from derivation.modules import EMITTED_ORDER, package
     from derivation.pipeline import derive
     from rodwnl.kernels import source_folder
 
     folder = source_folder() if out is None else out
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file: --out needs a folder")
-    files = render(package(derive()))
+    files = render(package(derive(order=EMITTED_ORDER)))
     if check:
         diff = difference(files, folder)
         print(diff or f"{folder}: {len(files)} files, as derived", end="" if diff else "\n")

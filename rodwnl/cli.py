@@ -18,7 +18,7 @@ from typer.core import TyperGroup
 from rodwnl.errors import ComputationError, InputError
 
 COMMANDS = (  # as --help lists them
-    "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "reproduce", "derive",
+    "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "reproduce", "derive", "verify"
 )  # fmt: skip
 
 

@@ -98,9 +98,14 @@ def compared_rows() -> tuple[tuple[PrintedRow, tuple[Cell, ...]], ...]:
 
     Raises ComputationError where a rod does not have the threshold that a row speaks of.
     """
-    theories = {rod: landau(rod) for rod in {row.rod for row in printed_rows()}}
+    return compare_rows(printed_rows())
+
+
+def compare_rows(rows: tuple[PrintedRow, ...]) -> tuple[tuple[PrintedRow, tuple[Cell, ...]], ...]:
+    """The same for any rows, those of another printing for instance."""
+    theories = {rod: landau(rod) for rod in {row.rod for row in rows}}
     compared = []
-    for row in printed_rows():
+    for row in rows:
         theory, number = theories[row.rod], row.threshold
         if len(theory) < number:
             raise ComputationError(

@@ -144,6 +144,11 @@ class Poly:
         return Poly.of([(_normal((a, -e) for a, e in m), QQ_I.one / c)])
 
     @property
+    def is_atom(self) -> bool:
+        """A single letter, with nothing before it."""
+        return len(self.terms) == 1 and all(c == 1 and len(m) == 1 for m, c in self.terms.items())
+
+    @property
     def atoms(self) -> set[Atom]:
         """The atoms that occur, those inside exponentials and integrals included."""
         found = {a for m in self.terms for a, _ in m}

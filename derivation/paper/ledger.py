@@ -334,3 +334,46 @@ def grounds(low: Lowering) -> str:
     if n:
         return f"by the equations up to order {n}"
     return "by the equations it stands on"
+
+
+GROUPS = ("exact rod", "order 1", "order 2", "order 3", "modes and adjoint", "amplitude")
+
+
+def grouped(equation: Equation, notation: Notation, theory: Theory) -> str:
+    """The part of the theory that an equation belongs to, one of :data:`GROUPS`."""
+    low = Lowering(equation, notation, theory)
+    order = max((int(o) for _, o in low.quantities if o.isdigit()), default=0)
+    if low.names & {"R", "R_star", "sigma", "A_tip", "alpha", "beta", "lambda", "phase", "delta"}:
+        return "amplitude"
+    if order:
+        return f"order {order}"
+    if low.names & {"X0", "X2", "P0", "P2"}:
+        return "order 2"
+    if low.names & {"g1", "g2", "g3", "g4"}:
+        return "order 3"
+    if low.names & {"Y", "Theta", "H", "Psi", "Psi_Y", "Psi_Theta", "L", "weighted_L", "Gamma", "G"}:
+        return "modes and adjoint"
+    return "exact rod"
+
+
+def stage_of(equation: Equation, notation: Notation, theory: Theory) -> str:
+    """The module of the derivation that an equation's content comes from."""
+    low = Lowering(equation, notation, theory)
+    names, group = low.names, grouped(equation, notation, theory)
+    if names & {"g1", "g2", "g3", "g4"} and names & {"alpha", "beta"}:
+        return "derivation/solvability.py"
+    if group == "amplitude":
+        return "derivation/amplitude.py"
+    if is_identity(low) or (group == "exact rod" and names & {"r", "e1", "e2"}):
+        return "derivation/kinematics.py"
+    if names & {"X0", "X2", "P0", "P2"} and not names & {"g1", "g3"}:
+        return "derivation/corrections.py"
+    if names & {"g1", "g2", "g3", "g4", "y_hat", "theta_hat"} or (
+        order_of(low) == 3 and names & {"f2", "f3"}
+    ):
+        return "derivation/resonance.py"
+    if names & {"Psi", "Psi_Y", "Psi_Theta"}:
+        return "derivation/adjoint.py"
+    if group.startswith("order"):
+        return "derivation/hierarchy.py"
+    return "derivation/harmonics.py" if group == "modes and adjoint" else "derivation/model.py"

@@ -1,0 +1,122 @@
+"""`rodwnl verify`: a paper's equations, each decided exactly, and the cells of its tables."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rodwnl.options import Json
+from rodwnl.output import print_json, print_table
+
+if TYPE_CHECKING:
+    from derivation.paper.verify import Finding
+    from rodwnl.tables import Cell
+    from rodwnl.verification import Report
+
+
+def command(
+    tex: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="LaTeX source to read. Default: the paper's equations."),
+    ] = None,
+    notation: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="TOML file: which letter means which quantity.")
+    ] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="LABEL", help="Decide this equation, display or table alone.")
+    ] = None,
+    show: Annotated[
+        str | None,
+        typer.Option(metavar="LABEL", help="Print what was read, derived and found of an equation."),
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the whole ledger as one page.")
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Decide every equation of a LaTeX source: it follows from the exact kinematics, or by how much it does not.
+
+    Exit code 1 if an equation, or a table cell that is not a reviewed erratum, differs.
+    """
+    from rodwnl.verification import check, document
+
+    report = check(tex, notation, only or show)
+    if json:
+        print_json(document(report))
+    elif show:
+        for finding in report.findings:
+            _print_details(finding, report)
+        _print_cells(report.cells)
+    else:
+        _print_ledger(report)
+    if html is not None:
+        from rodwnl.ledgerpage import write_page
+
+        write_page(html, report)
+    return 1 if report.differs else 0
+
+
+def _print_ledger(report: "Report") -> None:
+    """Counts by part of the theory, then whatever does not hold."""
+    from derivation.paper.ledger import GROUPS
+    from rodwnl.verification import STATUSES
+
+    lines = []
+    for group in GROUPS:
+        rows = [f for f in report.findings if f.group == group]
+        if rows:
+            lines.append([group, *(str(sum(f.row.status == s for f in rows)) for s in STATUSES)])
+    lines.append(["all", *map(str, report.counts.values())])
+    print_table(["equations", *STATUSES], lines, title=report.source)
+    tables = dict.fromkeys(c.table for c in report.cells)
+    if tables:
+        cells = {t: [c.status for c in report.cells if c.table == t] for t in tables}
+        print_table(
+            ["cells", *report.cell_counts],
+            [[t, *(str(found.count(s)) for s in report.cell_counts)] for t, found in cells.items()],
+        )
+    for finding in report.findings:
+        if finding.row.status in ("differs", "not decided"):
+            _print_details(finding, report)
+    _print_cells(tuple(c for c in report.cells if c.status == "differs"))
+    print("rodwnl verify --show LABEL explains a row, --json and --html FILE hold all of them.")
+
+
+def _print_details(f: "Finding", report: "Report") -> None:
+    e = f.row.equation
+    said = {
+        "printed": e.latex,
+        "read as": f.theirs,
+        "because": f.row.reason,
+        "derived": f.derived,
+        "difference": f.difference if f.row.difference else "",
+        "edit": f.repair.text
+        if f.repair
+        else "none of the single edits tried makes it hold" * (f.row.status == "differs"),
+        "then": f.repair.latex if f.repair else "",
+        "effect": _effect(report.effects.get(e.label)),
+        "stage": f.stage,
+    }
+    print(f"{e.label}, line {e.line}: {f.row.status}")
+    for name, text in said.items():
+        if text:
+            print(f"  {name:<11}{text}")
+    print()
+
+
+def _effect(effect: object) -> str:
+    """The relative changes of α and β on each rod, in one line."""
+    if not isinstance(effect, dict) or not effect.get("rods"):
+        return str(effect["note"]) if isinstance(effect, dict) else ""
+    rods = (f"{row['row']} α {row['alpha']}, β {row['beta']}" for row in effect["rods"])
+    return "relative change of " + "; ".join(rods)
+
+
+def _print_cells(cells: "tuple[Cell, ...]") -> None:
+    for c in cells:
+        method = f" ({c.method})" if c.method else ""
+        remark = f"; {c.remark}" if c.remark else ""
+        print(
+            f"{c.table} {c.row} {c.column}{method}: {c.status}; printed {c.printed}, computed {c.computed}, "
+            f"independent value agrees to {c.agreement} digits{remark}"
+        )

@@ -107,6 +107,14 @@ class Modes:
         y, theta = (self.component(self.image(row), self.ring["A"]) for row in linear[1:])
         return -self.ring.apply(y, still), -self.ring.apply(theta, still)
 
+    def longitudinal_rows(self, linear: PolyElement, tip: PolyElement) -> tuple[PolyElement, PolyElement]:
+        """The row of M and the tip stress minus load for x = A X2 alone, with X2 as the name of the shape."""
+        ring = self.ring
+        wave = ring["A"] * ring["X2"] + ring["A" + BAR] * ring["X2" + BAR]
+        alone = self.with_rules({("x", 1): wave}, {})
+        row, tip_row = (alone.component(alone.image(p), ring["A"]) for p in (linear, tip))
+        return -ring.apply(row, {ring["omega"]: ring.zero}), tip_row
+
     def with_rules(
         self,
         fields: dict[tuple[str, int], PolyElement],

@@ -17,8 +17,6 @@ from derivation.resonance import Transformation
 from derivation.signature import SCALAR, Signatures, nodal, scalar
 from derivation.symbols import BAR, SHAPES, symbol
 
-_SPLIT_LINEAR = ("y", "theta")
-
 
 #: The order through which the modules of a rod are emitted.
 EMITTED_ORDER = 5
@@ -35,7 +33,8 @@ def package(d: Derivation) -> Package:
         modules.append(_third_order(d.third.transformed, s))
     modules += [_landau(d, s), _normal_form(d, s), _predictions(d)]
     title = d.model.title
-    return Package(d.model.name, f"{title[0].upper()}{title[1:]}.", tuple(modules))
+    parameters = tuple((p.name, p.default) for p in d.model.parameters)
+    return Package(d.model.name, f"{title[0].upper()}{title[1:]}.", tuple(modules), parameters)
 
 
 def _rod(d: Derivation, s: Signatures) -> Module:
@@ -140,19 +139,25 @@ def _operator(d: Derivation, s: Signatures) -> Module:
             {"x": s.formula(d.second.static.diff(ring["Delta"]))},
         ),
     ]
-    for name, row, tip in zip(_SPLIT_LINEAR, d.adjoint.primal, d.adjoint.tip_stress, strict=True):
+    x_row, x_tip_row = d.modes.longitudinal_rows(d.hierarchy[1].linear[0], d.hierarchy[1].tip_linear[0])
+    problems = (
+        ("x", "X2", x_row, x_tip_row, ("X2", "X2_u", "X2_uu"), ("X2", "X2_u")),
+        ("y", "(Y, Theta)", d.adjoint.primal[0], d.adjoint.tip_stress[0], transverse, tip_names),
+        ("theta", "(Y, Theta)", d.adjoint.primal[1], d.adjoint.tip_stress[1], transverse, tip_names),
+    )
+    for name, shapes, row, tip, jets, tip_jets in problems:
         functions += [
             s.function(
                 f"{name}_row",
-                f"Coefficients of the {name} row of the linear operator M on (Y, Theta).",
+                f"Coefficients of the {name} row of the linear operator M on {shapes} and derivatives.",
                 ("eq:linearization",),
-                coefficients(row, transverse),
+                coefficients(row, jets),
             ),
             s.function(
                 f"{name}_tip_row",
-                f"Coefficients of the linear {name} stress minus load at u = 1; zero on modes.",
+                f"Coefficients of the linear {name} stress minus load at u = 1 on {shapes} and derivatives.",
                 ("eq:followerlinear",),
-                coefficients(tip, tip_names, at_tip=True),
+                coefficients(tip, tip_jets, at_tip=True),
             ),
         ]
     return Module(

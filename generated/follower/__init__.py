@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "14f7edbeff475ff136f53f60b3ae50daacb4ad1db3b793630cbcd54881f6d2dc"
+FINGERPRINT = "cb99c19bffb7a698c66a23e32608edfbb5a9d363fab6da643100d60b468bd1c5"

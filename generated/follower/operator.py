@@ -56,8 +56,35 @@ def detuning_stretch(u, k1):
     return -u/k1
 
 
+def x_row(k1):
+    """Coefficients of the x row of the linear operator M on X2 and derivatives.
+
+    k1 (...): stretch stiffness ratio k1 L^2/k3
+    Returns X2, X2_u, X2_uu.
+    Paper: eq:linearization.
+    Operations: none.
+    """
+    X2 = 0
+    X2_u = 0
+    X2_uu = k1
+    return X2, X2_u, X2_uu
+
+
+def x_tip_row(k1):
+    """Coefficients of the linear x stress minus load at u = 1 on X2 and derivatives.
+
+    k1 (...): stretch stiffness ratio k1 L^2/k3
+    Returns X2, X2_u.
+    Paper: eq:followerlinear.
+    Operations: none.
+    """
+    X2 = 0
+    X2_u = k1
+    return X2, X2_u
+
+
 def y_row(k1, k2, force):
-    """Coefficients of the y row of the linear operator M on (Y, Theta).
+    """Coefficients of the y row of the linear operator M on (Y, Theta) and derivatives.
 
     k1 (...): stretch stiffness ratio k1 L^2/k3
     k2 (...): shear stiffness ratio k2 L^2/k3
@@ -76,7 +103,7 @@ def y_row(k1, k2, force):
 
 
 def y_tip_row(k1, k2, force):
-    """Coefficients of the linear y stress minus load at u = 1; zero on modes.
+    """Coefficients of the linear y stress minus load at u = 1 on (Y, Theta) and derivatives.
 
     k1 (...): stretch stiffness ratio k1 L^2/k3
     k2 (...): shear stiffness ratio k2 L^2/k3
@@ -93,7 +120,7 @@ def y_tip_row(k1, k2, force):
 
 
 def theta_row(k1, k2, force):
-    """Coefficients of the theta row of the linear operator M on (Y, Theta).
+    """Coefficients of the theta row of the linear operator M on (Y, Theta) and derivatives.
 
     k1 (...): stretch stiffness ratio k1 L^2/k3
     k2 (...): shear stiffness ratio k2 L^2/k3
@@ -114,7 +141,7 @@ def theta_row(k1, k2, force):
 
 
 def theta_tip_row():
-    """Coefficients of the linear theta stress minus load at u = 1; zero on modes.
+    """Coefficients of the linear theta stress minus load at u = 1 on (Y, Theta) and derivatives.
 
     Returns Y, Y_u, Theta, Theta_u.
     Paper: eq:followerlinear.

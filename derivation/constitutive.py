@@ -117,7 +117,7 @@ class _Letters:
 
     def __init__(self, model: RodModel) -> None:
         self.model = model
-        self.parameters = (*BASIC, *(name for name, _ in model.parameters))
+        self.parameters = (*BASIC, *(p.name for p in model.parameters))
         self.constants: dict[str, Expr] = {}
         self.inverses: dict[str, str] = {}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sympy import Expr, Integer, Rational, sqrt
 
@@ -10,6 +11,14 @@ from derivation.symbols import parameter, symbol
 
 Triple = tuple[Expr, Expr, Expr]
 _NONE: Triple = (Integer(0), Integer(0), Integer(0))
+
+
+class Parameter(NamedTuple):
+    """A parameter of a rod beyond k1, k2, gamma1 and gamma3; ``default`` is the text of a number."""
+
+    name: str
+    meaning: str
+    default: str
 
 
 @dataclass(frozen=True)
@@ -26,7 +35,7 @@ class RodModel:
             sin(theta), theta and (v1, v2, Omega) there, eq:follower.
         body_load: the force and moment per unit reference length beside drag, in the moving frame; may hold
             ``force`` only.
-        parameters: names of parameters beyond k1, k2, gamma1, gamma3, force, with their meaning.
+        parameters: those beyond k1, k2, gamma1, gamma3, force.
 
     ``force`` is the control parameter. Expressions are in the symbols of :mod:`derivation.symbols`, scaled so
     that gamma2 = k3 = 1 (eq:dimensionlessconstitutive).
@@ -38,7 +47,7 @@ class RodModel:
     drag: Triple
     tip_load: Triple
     body_load: Triple = _NONE
-    parameters: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Parameter, ...] = ()
 
 
 _H1, _H2, _CURVATURE = symbol("h1"), symbol("h2"), symbol("Pi")
@@ -91,8 +100,8 @@ MODELS: dict[str, RodModel] = {
             _DRAG,
             _FOLLOWS,
             parameters=(
-                ("stretch4", "quartic stretch stiffness"),
-                ("bend4", "quartic bending stiffness"),
+                Parameter("stretch4", "quartic stretch stiffness", "100"),
+                Parameter("bend4", "quartic bending stiffness", "1/10"),
             ),
         ),
         RodModel(
@@ -101,7 +110,7 @@ MODELS: dict[str, RodModel] = {
             _QUADRATIC,
             _DRAG,
             _partial_follower(),
-            parameters=(("chi", "fraction of the load that follows the tip"),),
+            parameters=(Parameter("chi", "fraction of the load that follows the tip", "9/10"),),
         ),
         RodModel(
             "distributed",

@@ -89,7 +89,7 @@ class Signatures:
         # An inverse may be that of a letter that has a formula itself.
         self._formulas = {s: e.xreplace(formulas) for s, e in formulas.items()}
         self.implicit = straight.nu is None
-        own = tuple(scalar(name, doc) for name, doc in d.model.parameters)
+        own = tuple(scalar(p.name, p.meaning) for p in d.model.parameters)
         stretch = (scalar("nu", "stretch of the straight rod"),) if self.implicit else ()
         basic = tuple(scalar(name, doc) for name, doc in _BASIC.items())
         self.parameters = (*basic, *own, *stretch, scalar("force", "follower force F L^2/k3"))

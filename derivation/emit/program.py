@@ -58,11 +58,12 @@ class Module:
 
 @dataclass(frozen=True)
 class Package:
-    """The modules of one rod."""
+    """The modules of one rod, and the parameters of its own with their defaults, as texts of numbers."""
 
     model: str
     doc: str
     modules: tuple[Module, ...]
+    parameters: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
 from difflib import unified_diff
@@ -34,6 +35,7 @@ def render(*packages: Package) -> dict[str, str]:
             doc=python.docstring(package.doc),
             model=package.model,
             fingerprint=fingerprint(modules),
+            parameters=f"PARAMETERS = {json.dumps(own)}\n" if (own := dict(package.parameters)) else "",
         )
     return files
 

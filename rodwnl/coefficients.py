@@ -19,7 +19,7 @@ from rodwnl.inverse import Complex, Floats, Real
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
 from rodwnl.parameters import Number, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
-from rodwnl.spectrum import EPS, HopfSearch, HopfThreshold, hopf_thresholds
+from rodwnl.spectrum import EPS, HopfSearch, HopfThreshold, finite, hopf_thresholds
 
 SHIFT = 1e-6  # relative shift of (F, ω) that measures how α and β depend on them
 MORE_NODES = 16  # what the quadrature is compared with
@@ -63,6 +63,17 @@ class LandauCoefficients:
         return self.threshold.crossing
 
     @property
+    def digits(self) -> float:
+        """Decimal digits that hold in the worst of F_c, ω_c, α and β; negative where none do."""
+        relative = (
+            self.threshold.force_error / self.force,
+            self.threshold.omega_error / self.omega,
+            self.alpha_error / abs(self.alpha),
+            self.beta_error / abs(self.beta),
+        )
+        return -float(np.log10(max(relative)))
+
+    @property
     def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
         """By the sign of Re α; degenerate where the errors do not exclude Re α = 0 or Re β = 0.
 
@@ -101,7 +112,8 @@ def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
     modes are too steep for quadrature in float64.
     """
     search = hopf_thresholds(rod, max_force)
-    return LandauSearch(search, tuple(landau_at(rod, threshold) for threshold in search))
+    with finite():
+        return LandauSearch(search, tuple(landau_at(rod, threshold) for threshold in search))
 
 
 def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficients:

@@ -91,10 +91,10 @@ def _nodes_for(parameters: Floats, force: float) -> int:
     """Nodes that resolve the operator: φ oscillates with wave number √(μF/k2). A multiple of 8."""
     k1, k2, _, _ = parameters
     wave = np.sqrt((1 - force / k1 + force / k2) * force)
-    count = 24 + 8 * int(wave / 16)
+    count = 24 + 8 * np.floor(wave / 16)
     if count > MOST_NODES:
         raise ComputationError(
-            f"at F = {force:g} the shear waves of the rod have wave number {wave:.0f}: {count} nodes would "
-            f"be needed, more than {MOST_NODES}; search a smaller range (max_force)"
+            f"at F = {force:g} the shear waves of the rod have wave number {wave:.3g}: {count:.3g} nodes "
+            f"would be needed, more than {MOST_NODES}; search a smaller range (max_force)"
         )
-    return count
+    return int(count)

@@ -75,13 +75,13 @@ def nodes_at(parameters: Floats, force: float, omega: float) -> Nodes:
     k1, _, _, gamma1 = parameters
     axial = np.sqrt(2 * omega * gamma1 / k1)
     largest = max(float(np.max(np.abs(exponents(parameters, force, 1j * omega)))), axial)
-    count = 24 + 8 * int(np.ceil(largest / 4))
+    count = 24 + 8 * np.ceil(largest / 4)
     if count > MOST_NODES:
         raise ComputationError(
-            f"at F = {force:.6g}, omega = {omega:.6g} the modes vary like exp({largest:.0f} u): {count} "
+            f"at F = {force:.6g}, omega = {omega:.6g} the modes vary like exp({largest:.3g} u): {count:.3g} "
             f"nodes would be needed, more than {MOST_NODES}; compute this rod with more digits"
         )
-    return gauss_legendre(count)
+    return gauss_legendre(int(count))
 
 
 def critical_mode(parameters: Floats, force: float, omega: float, nodes: Nodes) -> CriticalMode:

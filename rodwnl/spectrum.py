@@ -9,6 +9,7 @@ k3/L².
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
@@ -108,14 +109,18 @@ def hopf_thresholds(
     counted with a finer operator. Steady crossings do not exist (`inverse_operator`).
 
     Raises InputError for a negative max_force; ComputationError where an eigenvalue touches the axis so
-    closely that double precision cannot decide, or where a count contradicts the crossings.
+    closely that double precision cannot decide, where a count contradicts the crossings, or where a
+    parameter is beyond the range of double precision.
     """
     upper, cut = _searched_range(rod, max_force)
     parameters = rod.floats()
-    seen, crossings = scan(parameters, float(upper), all_crossings)
-    found = sorted((_newton(parameters, *crossing) for crossing in crossings), key=lambda t: t.force)
-    counted = _counted(parameters, found, float(upper), all_crossings)
-    growth, growth_force = _highest(parameters, seen, rounds=0 if counted else 3)
+    with finite():
+        seen, crossings = scan(parameters, float(upper), all_crossings)
+        found = sorted((_newton(parameters, *crossing) for crossing in crossings), key=lambda t: t.force)
+        counted = _counted(parameters, found, float(upper), all_crossings)
+        growth, growth_force = _highest(parameters, seen, rounds=0 if counted else 3)
+    if not counted and growth > 0:
+        raise ComputationError(_touches(growth_force))
     return HopfSearch(
         rod, upper, cut,
         thresholds=tuple(t for t in counted if t.leading),
@@ -123,6 +128,19 @@ def hopf_thresholds(
         growth=growth, growth_force=growth_force,
         evaluations=len(seen.force),
     )  # fmt: skip
+
+
+@contextmanager
+def finite() -> Iterator[None]:
+    """Turns numbers beyond float64's range, which would leave infinities, into a ComputationError."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        raise ComputationError(
+            f"a parameter is too large or too small for double precision ({error}); "
+            f"take values between about 1e-100 and 1e100, or compute with more digits"
+        ) from error
 
 
 def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:

@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from rodwnl import RodParameters, hopf_thresholds, landau
+from rodwnl import ComputationError, RodParameters, hopf_thresholds, landau
 from rodwnl.coefficients import landau_at
 from rodwnl.exact import exact_threshold
 
@@ -115,3 +115,20 @@ def test_a_search_without_thresholds_has_no_coefficients():
     assert len(found) == 0
     assert found.search.range_cut
     assert found.rod == RodParameters(20, 10000, "1e-4")
+
+
+@pytest.mark.parametrize(
+    ("k2", "least", "most"),
+    [("1e4", 12, 15), ("1e12", 4, 8), ("1e20", -3, 0)],
+    ids=["moderate", "stiff", "lost"],
+)
+def test_a_rod_much_stiffer_in_shear_than_in_stretch_says_how_many_digits_it_loses(k2, least, most):
+    found = landau(RodParameters(10000, k2, "1e-4"))[0]
+    assert least < found.digits < most
+    assert (found.criticality == "degenerate") == (found.digits < 0)
+
+
+@pytest.mark.parametrize("parameters", [("1e4", "1e300", "1e-4"), ("1e-100", "1e4", "1e-4")])
+def test_numbers_beyond_double_precision_are_refused(parameters):
+    with pytest.raises(ComputationError, match="double precision"):
+        landau(RodParameters(*parameters))

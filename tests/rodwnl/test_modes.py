@@ -112,5 +112,7 @@ def test_more_nodes_change_nothing(point):
 
 
 def test_layers_too_thin_for_the_quadrature_are_refused():
-    with pytest.raises(ComputationError, match=r"vary like exp\(\d+ u\): \d+ nodes would be needed"):
+    with pytest.raises(
+        ComputationError, match=r"vary like exp\(3.16e\+03 u\): 6.35e\+03 nodes would be needed"
+    ):
         nodes_at((1e4, 1e4, 1.0, 0.5), 30.0, 1e7)

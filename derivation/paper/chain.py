@@ -15,7 +15,6 @@ from derivation.adjoint import adjoint_problem
 from derivation.corrections import second_order
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
-from derivation.kinematics import ExpandedKinematics
 from derivation.paper.algebra import Atom, Poly, atom, constant, from_ring, harmonic, poly
 from derivation.paper.ledger import Row, is_identity, order_of, reduced
 from derivation.paper.lower import Lowering, UndecidedError, UnfitError
@@ -54,14 +53,20 @@ class Chain:
 
 
 def chain_of(d: Derivation) -> Chain:
-    """The chain as derived."""
+    """The chain as derived.
+
+    Raises:
+        ArithmeticError: if the rod has no transformed variables of order 3.
+    """
+    if d.third.transformed is None:
+        raise ArithmeticError("no transformed variables of order 3")
     corrections = {"0": d.second.mean, "2": d.second.harmonic}
     return Chain(
         {f"X{n}": from_ring(c.drag) for n, c in corrections.items()},
         {f"X{n}": from_ring(c.forcing) for n, c in corrections.items()},
         {f"X{n}": from_ring(c.tip_slope).at(1) for n, c in corrections.items()},
         {f"P{n}": from_ring(c.tension) for n, c in corrections.items()},
-        {f"g{k}": from_ring(g) for k, g in enumerate(d.third.g, 1)},
+        {f"g{k}": from_ring(g) for k, g in enumerate(d.third.transformed.g, 1)},
         from_ring(d.landau.norm.integrand),
     )
 
@@ -210,13 +215,12 @@ def _other_kinematics(low: Lowering, body: Relation, theory: Theory) -> Chain | 
         if quantity in names:
             k = names.index(quantity)
             table[k] = (*table[k][: int(head.order)], printed, *table[k][int(head.order) + 1 :])
-    kinematics = ExpandedKinematics(d.kinematics.ring, d.kinematics.order, tuple(series[0]), tuple(series[1]))  # type: ignore[arg-type]
-    hierarchy = build_hierarchy(d.model, kinematics)
+    kinematics = replace(d.kinematics, strains=tuple(series[0]), velocities=tuple(series[1]))
+    hierarchy = build_hierarchy(d.model, d.law, kinematics)
     modes = first_order(hierarchy)
     second = second_order(hierarchy, modes)
     third = third_order(hierarchy, second)
-    adjoint = adjoint_problem(second.modes, modes.eigenoperator(hierarchy[1].linear))
-    landau = solvability(third, adjoint)
+    landau = solvability(hierarchy, third, adjoint_problem(hierarchy, second.modes))
     return chain_of(
         replace(d, kinematics=kinematics, hierarchy=hierarchy, second=second, third=third, landau=landau)
     )

@@ -12,6 +12,7 @@ from functools import cached_property
 from sympy import QQ_I
 from sympy.polys.rings import PolyElement
 
+from derivation.errors import ModelError
 from derivation.jets import from_expr, jet_ring
 from derivation.paper.algebra import (
     U,
@@ -28,6 +29,7 @@ from derivation.paper.algebra import (
     rational,
 )
 from derivation.pipeline import Derivation
+from derivation.resonance import Transformation
 from derivation.symbols import symbol
 
 FIELDS = ("x", "y", "theta")
@@ -73,7 +75,7 @@ class Theory:
 
     def _transformed(self, quantity: str) -> Poly:
         """Order 3 in the transformed variables: x is left as it is and is not forced."""
-        third = self.d.third.transformed
+        third = self.transformation
         assert third is not None
         if quantity == "f1":
             return self.vanishing(from_ring(self.d.hierarchy[3].forcing[0]), 3)
@@ -89,7 +91,7 @@ class Theory:
         second, ring = self.d.second, self.d.modes.ring
         shear = from_ring(ring["Y_u"]) - from_ring(ring["nu"] * ring["Theta"])
         found = {"H": shear, "P0": from_ring(second.mean.tension), "P2": from_ring(second.harmonic.tension)}
-        found |= {f"g{k}": from_ring(g) for k, g in enumerate(self.d.third.transformed.g, 1)}
+        found |= {f"g{k}": from_ring(g) for k, g in enumerate(self.transformation.g, 1)}
         return {name: p.rewrite(lambda a: self._shape_meaning(a, found)) for name, p in found.items()}
 
     def _shape_meaning(self, a: Atom, found: dict[str, Poly]) -> Poly | None:
@@ -101,6 +103,17 @@ class Theory:
         if a.bar:
             value = value.conjugate()
         return value if a.place is None else value.at(a.place)
+
+    @cached_property
+    def transformation(self) -> Transformation:
+        """The variables of order 3 in which a paper of this notation states its cubic forcing.
+
+        Raises:
+            ModelError: if the rod's load allows no such variables.
+        """
+        if self.d.third.transformed is None:
+            raise ModelError(f"{self.d.model.name}: its load mixes fields of order 3; no transformed variables")
+        return self.d.third.transformed
 
     @cached_property
     def ansatz(self) -> dict[tuple[str, int], Poly]:
@@ -160,7 +173,7 @@ class Theory:
     @cached_property
     def resonant(self) -> tuple[Poly, Poly]:
         """The resonant forcing of y and theta, in A and its slow derivative, without e^{i omega t}."""
-        r = self.d.third.transformed.resonant
+        r = self.transformation.resonant
         a, a_bar = atom(Atom("amplitude", "A")), atom(Atom("amplitude", "A", bar=True))
         slow = atom(Atom("amplitude", "A", slow=1))
         y, theta = (
@@ -173,6 +186,8 @@ class Theory:
     def landau(self) -> dict[str, Poly]:
         """alpha and beta as quotients of integrals."""
         c = self.d.landau
+        assert c.cubic is not None
+        assert c.detuning is not None
         norm = integral(from_ring(c.norm.integrand))
         return {
             "alpha": integral(from_ring(c.cubic.integrand)) * norm.inverse(),
@@ -295,13 +310,13 @@ class Theory:
     @cached_property
     def _constants(self) -> dict[str, Poly]:
         """nu and mu by the base state; the saturated amplitude and what follows from it."""
-        amplitude, base = self.d.amplitude, self.d.hierarchy.straight
+        amplitude, straight = self.d.amplitude, self.d.hierarchy.straight
         detuning = constant("epsilon") ** 2 * constant("Delta")
         slope = from_ring(amplitude.sigma[0]) * from_ring(amplitude.sigma[1]).inverse()
         delta = constant("Delta").inverse()
         return {
-            "nu": from_ring(base.nu),
-            "mu": from_ring(base.mu),
+            **({"nu": from_ring(straight.nu)} if straight.nu is not None else {}),
+            "mu": from_ring(straight.mu),
             "R_T": from_ring(amplitude.radial),
             "phase_T": from_ring(amplitude.phase),
             "sigma": slope,

@@ -22,7 +22,7 @@ WORST_TAIL = 1e-3  # of an orbit on the finest grid
 EVENT_ACCURACY = 1e-7  # absolute, in the force
 EVENT_DISTANCE = 1e-8  # along the branch
 
-Kind = Literal["fold", "symmetry breaking", "torus"]
+Kind = Literal["fold", "branch point", "symmetry breaking", "torus"]
 End = Literal["Hopf point", "force asked for", "edge of the range", "number of points", "not resolved"]
 
 
@@ -58,9 +58,9 @@ class Event:
     """A fold or another change of stability, between points[index − 1] and points[index] of its branch.
 
     error: what the last refinement of the grid changed in the force.
-    kind: of the eigenvalue ρ of the half-period map that crosses the unit circle. At a fold ρ = 1; where
-    the orbit loses its reflection symmetry ρ = −1; a complex pair starts a torus (Neimark–Sacker; period
-    doubling if ρ = ±i).
+    kind: of the eigenvalue ρ of the half-period map that crosses the unit circle. At a fold ρ = 1, and at a
+    branch point without the branch turning; where the orbit loses its reflection symmetry ρ = −1; a complex
+    pair starts a torus (Neimark–Sacker; period doubling if ρ = ±i).
     """
 
     kind: Kind
@@ -207,7 +207,9 @@ def _events(before: BranchPoint, length: float, after: BranchPoint, index: int) 
     if change:
         k = min(before.unstable, after.unstable)
         rho = min(before.rho[k], after.rho[k], key=lambda value: abs(abs(value) - 1))
-        kind: Kind = "torus" if abs(rho.imag) > 1e-9 else "symmetry breaking"
+        kind: Kind = "branch point" if rho.real > 0 else "symmetry breaking"
+        if abs(rho.imag) > 1e-9:
+            kind = "torus"
         found.append(_pinned(kind, before, length, after, lambda at: float(np.log(np.abs(at.rho[k]))), index))
     return found
 

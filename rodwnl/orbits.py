@@ -205,7 +205,7 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
         A_tip=cycle.tip_amplitude,
         omega=cycle.omega,
         force=force,
-        harmonics=tuple(float(v) for v in np.hypot(*cycle.tip_series)),
+        harmonics=tuple(float(v) for v in np.hypot(*cycle.tip_series)[: cycle.system.count]),
         residual=cycle.residual,
         error=float(error),
         multipliers=tuple(complex(v) for v in floquet.full[:6]),

@@ -29,6 +29,8 @@ class Amplitude:
         tip_amplitude, frequency: A_tip and omega against force minus critical force
             (eq:tipamplitude, eq:tipfrequency).
         amplitude_slope, frequency_slope: d(A_tip^2)/dF and d omega/dF along the branch.
+        amplitude_curvature, frequency_curvature: the coefficients of (F - F_c)^2 in A_tip^2 and omega, from
+            the amplitude equation at order 5 and the tip's third harmonic.
     """
 
     ring: JetRing
@@ -41,6 +43,8 @@ class Amplitude:
     frequency: Expr
     amplitude_slope: Expr
     frequency_slope: Expr
+    amplitude_curvature: Expr
+    frequency_curvature: Expr
 
 
 def amplitude_equations() -> Amplitude:
@@ -68,6 +72,8 @@ def amplitude_equations() -> Amplitude:
     detuning = symbol("detuning")
     r_squared = (-c0).as_expr().subs(symbol("Delta"), detuning) / c2.as_expr()
     slope = (sigma[0].as_expr() / sigma[1].as_expr()).subs(symbol("Delta"), 1).expand()
+    a1 = (-c0).as_expr().subs(symbol("Delta"), 1) / c2.as_expr()
+    curvatures = _curvatures(a1)
     # The tip moves by 2 epsilon R* cos(...), and epsilon^2 Delta is the force minus its critical value.
     return Amplitude(
         ring,
@@ -80,4 +86,32 @@ def amplitude_equations() -> Amplitude:
         frequency=symbol("omega") + slope * detuning,
         amplitude_slope=4 * r_squared / detuning,
         frequency_slope=slope,
+        amplitude_curvature=curvatures[0],
+        frequency_curvature=curvatures[1],
     )
+
+
+def _curvatures(a1: Expr) -> tuple[Expr, Expr]:
+    """R^2 = a1 delta + a2 delta^2: order delta^2 of the amplitude equation divided by A, and of A_tip^2.
+
+    (beta2 + alpha' a1 + alpha5 a1^2 + alpha a2) delta^2 has the real part 0 and the imaginary part of omega.
+    """
+    names = ("alpha", "alpha1", "alpha5", "beta2")
+    ring = jet_ring(
+        [f"{n}_{part}" for n in names for part in ("re", "im")] + ["a1", "a2", "third_re", "R", "d"]
+    )
+    alpha, alpha1, alpha5, beta2 = (ring[f"{n}_re"] + ring.i * ring[f"{n}_im"] for n in names)
+    rate = beta2 + alpha1 * ring["a1"] + alpha5 * ring["a1"] ** 2 + alpha * ring["a2"]
+    real = ring.real(rate)
+    imaginary = (rate - real) / ring.ring.domain(0, 1)
+    rest = ring.coefficient(real, ring.one, [ring["a2"]])
+    a2 = -rest.as_expr() / ring.coefficient(real, ring["a2"], [ring["a2"]]).as_expr()
+    # y(1) = 2 Re (A + Y300(1) A^3) is largest at phase 0 to this order: A_tip = 2 R + 2 Re Y300(1) R^3.
+    tip = 2 * ring["R"] + 2 * ring["third_re"] * ring["R"] ** 3
+    squared = tip**2
+    by_r2 = ring.coefficient(squared, ring["R"] ** 2, [ring["R"]]).as_expr()
+    by_r4 = ring.coefficient(squared, ring["R"] ** 4, [ring["R"]]).as_expr()
+    letter = symbol("a1")
+    amplitude = (by_r2 * a2 + by_r4 * letter**2).subs(letter, a1)
+    frequency = imaginary.as_expr().subs(symbol("a2"), a2).subs(letter, a1)
+    return amplitude, frequency

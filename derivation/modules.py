@@ -15,9 +15,12 @@ from derivation.pipeline import Derivation
 from derivation.present import expression
 from derivation.resonance import Transformation
 from derivation.signature import SCALAR, Signatures, nodal, scalar
-from derivation.symbols import BAR, SHAPES, symbol
+from derivation.symbols import BAR, SHAPES, meaning, symbol
 
-
+_PARTS = (
+    *("alpha_re", "alpha_im", "beta_re", "beta_im"),
+    *("alpha1_re", "alpha1_im", "alpha5_re", "alpha5_im", "beta2_re", "beta2_im", "third_re"),
+)
 #: The order through which the modules of a rod are emitted.
 EMITTED_ORDER = 5
 
@@ -121,7 +124,7 @@ def _operator(d: Derivation, s: Signatures) -> Module:
     functions = [
         s.function(
             "straight_rod",
-            "Stretch nu (where it is explicit) and compression of the straight rod, and its axial balance, zero.",
+            "Stretch nu (where explicit) and compression of the straight rod, and its axial balance, zero.",
             ("eq:basestate",),
             ({} if s.implicit else {"nu": nu}) | {"compression": load, "balance": balance},
         ),
@@ -398,8 +401,8 @@ def _normal_form(d: Derivation, s: Signatures) -> Module:
     listed = ", ".join("".join(map(str, r.index)) for r in form.responses)
     return Module(
         "normal_form",
-        f"Responses Phi_pqr to A^p A*^q delta^r through order {form.order}, in the order {listed}.\n\n"
-        "((p - q) lam Gamma - M) Phi = forcing - c_pqr Gamma Phi_100, and the tip stresses minus load equal the\n"
+        f"Responses Phi_pqr to A^p A*^q delta^r through order {form.order}: {listed}.\n\n"
+        "((p - q) lam Gamma - M) Phi = forcing - c_pqr Gamma Phi_100, and tip stresses minus load equal the\n"
         "traction; c_pqr, where p = q + 1, is the coefficient of A^p A*^q delta^r in dA/dt.",
         tuple(functions),
     )
@@ -412,10 +415,7 @@ def _predictions(d: Derivation) -> Module:
         scalar("Delta", "detuning (force - critical force)/epsilon^2"),
         scalar("detuning", "force - critical force"),
         scalar("omega", "critical frequency"),
-        scalar("alpha_re", "real part of alpha"),
-        scalar("alpha_im", "imaginary part of alpha"),
-        scalar("beta_re", "real part of beta"),
-        scalar("beta_im", "imaginary part of beta"),
+        *(scalar(name, meaning(name)) for name in _PARTS),
     )
 
     def ratio(pair: tuple[PolyElement, PolyElement]) -> Expr:
@@ -447,6 +447,18 @@ def _predictions(d: Derivation) -> Module:
             a.amplitude_slope,
         ),
         ("frequency_slope", "d omega/d force on the branch at onset.", "eq:tipfrequency", a.frequency_slope),
+        (
+            "tip_amplitude_squared_curvature",
+            "Coefficient of (force - critical force)^2 in A_tip^2.",
+            "eq:tipamplitude",
+            a.amplitude_curvature,
+        ),
+        (
+            "frequency_curvature",
+            "Coefficient of (force - critical force)^2 in omega.",
+            "eq:tipfrequency",
+            a.frequency_curvature,
+        ),
     )
     return Module(
         "predictions",

@@ -56,6 +56,13 @@ AMPLITUDE: dict[str, tuple[str, str]] = {
     "alpha_im": (r"\mathrm{Im}\,\alpha", "imaginary part of alpha"),
     "beta_re": (r"\mathrm{Re}\,\beta", "real part of beta"),
     "beta_im": (r"\mathrm{Im}\,\beta", "imaginary part of beta"),
+    "beta2_re": (r"\mathrm{Re}\,\beta_2", "real part of beta2 = c102, the coefficient of delta^2 A"),
+    "beta2_im": (r"\mathrm{Im}\,\beta_2", "imaginary part of beta2 = c102"),
+    "alpha1_re": (r"\mathrm{Re}\,\alpha'", "real part of alpha' = c211, the coefficient of delta |A|^2 A"),
+    "alpha1_im": (r"\mathrm{Im}\,\alpha'", "imaginary part of alpha' = c211"),
+    "alpha5_re": (r"\mathrm{Re}\,\alpha_5", "real part of alpha5 = c320, the coefficient of |A|^4 A"),
+    "alpha5_im": (r"\mathrm{Im}\,\alpha_5", "imaginary part of alpha5 = c320"),
+    "third_re": (r"\mathrm{Re}\,Y_{300}(1)", "real part of Y300(1), the tip's third harmonic"),
     "detuning": (r"(\mathcal{F}-\mathcal{F}_c)", "force minus critical force"),
 }
 

@@ -35,6 +35,7 @@ Index = tuple[int, int, int]
 Pool = dict[str, Any]
 
 HIGHEST = 5  # what is emitted
+LETTERS = {"alpha": "c210", "beta": "c101", "alpha1": "c211", "alpha5": "c320", "beta2": "c102"}
 MORE_NODES = 16  # what the solution on `nodes_at` nodes is compared with
 
 
@@ -46,7 +47,8 @@ class AmplitudeEquation:
     Im α5 depend on the gauge of Y210, Re α5 where Re α = 0 does not. third_harmonic: Y300(1), so that the tip
     moves by 2 Re(A e^{iωt} + third_harmonic A³ e^{3iωt} + …).
     A_tip2_slope, A_tip2_curvature, omega_slope, omega_curvature: A_tip² = slope δ + curvature δ² + …, ω − ω_c
-    likewise, along the branch of limit cycles; A_tip is half the peak-to-peak displacement of the tip.
+    likewise, along the branch of limit cycles (curvatures: None at order 3); A_tip is half the peak-to-peak
+    displacement of the tip.
     """
 
     force: float
@@ -55,9 +57,9 @@ class AmplitudeEquation:
     errors: Mapping[str, float]
     third_harmonic: complex
     A_tip2_slope: float
-    A_tip2_curvature: float
+    A_tip2_curvature: float | None
     omega_slope: float
-    omega_curvature: float
+    omega_curvature: float | None
     A_tip2_curvature_error: float
     omega_curvature_error: float
 
@@ -81,8 +83,8 @@ def amplitude_equation(
     errors = {name: abs(c - other.coefficients[name]) for name, c in best.coefficients.items()}
     return _equation(
         force, omega, finer, order, errors,
-        abs(best.A_tip2_curvature - other.A_tip2_curvature),
-        abs(best.omega_curvature - other.omega_curvature),
+        _change(best.A_tip2_curvature, other.A_tip2_curvature),
+        _change(best.omega_curvature, other.omega_curvature),
     )  # fmt: skip
 
 
@@ -95,23 +97,30 @@ def _equation(
     amplitude_error: float = 0.0,
     frequency_error: float = 0.0,
 ) -> AmplitudeEquation:
-    """|A|² = a1 δ + a2 δ² from the real part of the amplitude equation, ω from its imaginary part."""
-    c = solved.coefficients
-    alpha, beta = c["c210"], c["c101"]
-    a1 = -beta.real / alpha.real
-    slope = beta.imag + alpha.imag * a1
-    curvature = bend = float("nan")
-    if order > 3:
-        # 0 = β2 δ² + α a2 δ² + α' a1 δ² + α5 a1² δ², real part; ω takes the imaginary part of the same.
-        rest = c["c102"] + c["c211"] * a1 + c["c320"] * a1**2
-        a2 = -rest.real / alpha.real
-        bend = rest.imag + alpha.imag * a2
-        # Half peak-to-peak of 2 Re(A + η A³): A_tip = 2R + 2 Re η R³, A_tip² = 4R² + 8 Re η R⁴.
-        curvature = 4 * a2 + 8 * solved.third_harmonic.real * a1**2
+    """What the amplitude equation says of the branch of limit cycles."""
+    c, eta = solved.coefficients, solved.third_harmonic
+    parts: Pool = {"third_re": eta.real}
+    for name, symbol in LETTERS.items():
+        if symbol in c:
+            parts |= {f"{name}_re": c[symbol].real, f"{name}_im": c[symbol].imag}
+
+    def derived(name: str) -> float:
+        f: Callable[..., Any] = getattr(kernels, name)
+        return float(f(*(parts[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount])))
+
+    def curvature(name: str) -> float | None:
+        return derived(name) if order > 3 else None
+
     return AmplitudeEquation(
-        force, omega, c, errors, solved.third_harmonic,
-        4 * a1, curvature, slope, bend, amplitude_error, frequency_error,
+        force, omega, c, errors, eta,
+        derived("tip_amplitude_squared_slope"), curvature("tip_amplitude_squared_curvature"),
+        derived("frequency_slope"), curvature("frequency_curvature"),
+        amplitude_error, frequency_error,
     )  # fmt: skip
+
+
+def _change(a: float | None, b: float | None) -> float:
+    return 0.0 if a is None or b is None else abs(a - b)
 
 
 def terms(order: int) -> list[Index]:
@@ -152,8 +161,8 @@ class Responses:
             rest = y * mode["Y"] + y_u * mode["Y_u"] + t * mode["Theta"] + t_u * mode["Theta_u"]
             self.at_nodes[f"{name}_uu"] = (self.lam * weight * mode[name] - rest) / (y_uu + t_uu)
 
-    def solve(self, order: int) -> _Solved:
-        """All responses through ``order``."""
+    def solve(self, order: int, gauge: Mapping[Index, complex] | None = None) -> _Solved:
+        """All responses through ``order``; gauge: tip displacement of resonant ones, where it is not 0."""
         coefficients = {}
         for index in terms(order):
             p, q, _ = index
@@ -164,7 +173,7 @@ class Responses:
             right = np.concatenate([*(np.broadcast_to(f, self.nodes.u.shape) for f in forcing), traction])
             lam = (p - q) * self.lam
             if p == q + 1:
-                solution, c = self._resonant(lam, right)
+                solution, c = self._resonant(lam, right, (gauge or {}).get(index, 0.0))
                 coefficients[f"c{digits}"] = self.parameters[f"c{digits}"] = c
             else:
                 matrix = self._transverse(lam) if len(names) == 2 else self._longitudinal(lam)
@@ -199,8 +208,8 @@ class Responses:
             edges.append(whole[n:])
         return np.vstack([*interior, *edges])
 
-    def _resonant(self, lam: complex, right: Complex) -> tuple[Complex, complex]:
-        """(λΓ − M) Φ + cΓ Φ_100 = f with Φ_Y(1) = 0: Φ and c."""
+    def _resonant(self, lam: complex, right: Complex, gauge: complex) -> tuple[Complex, complex]:
+        """(λΓ − M) Φ + cΓ Φ_100 = f with Φ_Y(1) = gauge: Φ and c."""
         n = len(self.nodes.u)
         column = np.concatenate(
             [
@@ -212,7 +221,7 @@ class Responses:
         bordered = np.block(
             [[self._transverse(lam), column[:, None]], [displacement[None, :], np.zeros((1, 1))]]
         )
-        solution = _solve(bordered, np.append(right, 0.0))
+        solution = _solve(bordered, np.append(right, gauge))
         return solution[:-1], complex(solution[-1])
 
     def _tip_drag(self) -> Complex:

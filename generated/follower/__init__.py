@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "cb99c19bffb7a698c66a23e32608edfbb5a9d363fab6da643100d60b468bd1c5"
+FINGERPRINT = "5dae47ca134025f7a32b1c82ad3deb0d4e2e1aa752f848b8fc3f936438e83681"

@@ -3,7 +3,7 @@
 
 
 def straight_rod(k1, force):
-    """Stretch nu (where it is explicit) and compression of the straight rod, and its axial balance, zero.
+    """Stretch nu (where explicit) and compression of the straight rod, and its axial balance, zero.
 
     k1 (...): stretch stiffness ratio k1 L^2/k3
     force (...): follower force F L^2/k3

@@ -123,3 +123,45 @@ def frequency_slope(alpha_re, alpha_im, beta_re, beta_im):
     Operations: 1 addition, 1 multiplication, 1 division.
     """
     return beta_im - alpha_im*beta_re/alpha_re
+
+
+def tip_amplitude_squared_curvature(alpha_re, beta_re, alpha1_re, alpha5_re, beta2_re, third_re):
+    """Coefficient of (force - critical force)^2 in A_tip^2.
+
+    alpha_re (...): real part of alpha
+    beta_re (...): real part of beta
+    alpha1_re (...): real part of alpha' = c211, the coefficient of delta |A|^2 A
+    alpha5_re (...): real part of alpha5 = c320, the coefficient of |A|^4 A
+    beta2_re (...): real part of beta2 = c102, the coefficient of delta^2 A
+    third_re (...): real part of Y300(1), the tip's third harmonic
+    Returns tip_amplitude_squared_curvature.
+    Paper: eq:tipamplitude.
+    Operations: 3 additions, 9 multiplications, 2 divisions.
+    """
+    t0 = 1/alpha_re
+    t1 = beta_re**2/alpha_re**2
+    return 8*t1*third_re + 4*t0*(alpha1_re*beta_re*t0 - beta2_re - alpha5_re*t1)
+
+
+def frequency_curvature(alpha_re, alpha_im, beta_re, alpha1_re, alpha1_im, alpha5_re, alpha5_im, beta2_re, beta2_im):
+    """Coefficient of (force - critical force)^2 in omega.
+
+    alpha_re (...): real part of alpha
+    alpha_im (...): imaginary part of alpha
+    beta_re (...): real part of beta
+    alpha1_re (...): real part of alpha' = c211, the coefficient of delta |A|^2 A
+    alpha1_im (...): imaginary part of alpha' = c211
+    alpha5_re (...): real part of alpha5 = c320, the coefficient of |A|^4 A
+    alpha5_im (...): imaginary part of alpha5 = c320
+    beta2_re (...): real part of beta2 = c102, the coefficient of delta^2 A
+    beta2_im (...): imaginary part of beta2 = c102
+    Returns frequency_curvature.
+    Paper: eq:tipfrequency.
+    Operations: 5 additions, 10 multiplications, 2 divisions.
+    """
+    t0 = beta_re**2/alpha_re**2
+    t1 = 1/alpha_re
+    return (
+        beta2_im + alpha5_im*t0 - alpha1_im*beta_re*t1
+        + alpha_im*t1*(alpha1_re*beta_re*t1 - beta2_re - alpha5_re*t0)
+    )

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 class AngleForm:
     """f and ∂f/∂q on Chebyshev points of one degree N. Built by `angle_form`.
 
-    A state q has shape (…, 3n), n = N − 1: ξ, then η, then θ at the inner nodes (any leading axes).
+    A state q has shape (3n,), n = N − 1: ξ, then η, then θ at the inner nodes.
 
     nodes (N+1,): with clamp and tip. tip_row (n,): inner values -> value at the tip of a field that is 0 at
     the clamp and has no slope at the tip. inner (n, 2n), from the right: -> first and second derivatives at
@@ -60,6 +60,7 @@ class AngleForm:
     up: Array
     vanishing: Array
     omega: Array
+    compatibility: Array
 
     @property
     def size(self) -> int:
@@ -72,22 +73,33 @@ class AngleForm:
         return 1.0 - self.force / self.k1
 
     def rhs(self, q: Array) -> Array:
-        """f(q), of the shape of q."""
+        """f(q) at one state, (3n,). In place where it can be: of an integration most time is spent here."""
         n = self.tip_row.size
-        derivatives = q.reshape(*q.shape[:-1], 3, n) @ self.inner
-        first, second = derivatives[..., :n], derivatives[..., n:]
-        h1, h2, pi = self.nu + first[..., 0, :], first[..., 1, :], first[..., 2, :]
-        F1, F2 = self.k1 * (h1 - 1.0), self.k2 * h2
-        out = np.empty_like(second)
-        v1 = (self.k1 * second[..., 0, :] - pi * F2) / self.gamma1
-        v2 = self.k2 * second[..., 1, :] + pi * F1
-        omega = (second[..., 2, :] + h1 * F2 - h2 * F1) / self.gamma3
-        # ∫ Ω h1 = ν ∫ Ω + ∫ Ω ξ': all integrands but Ω vanish at both ends
-        out[..., 0, :] = v1 + (omega * h2 - pi * v2) @ self.vanishing.T
-        out[..., 1, :] = v2 + (pi * v1 - omega * first[..., 0, :]) @ self.vanishing.T
-        out[..., 1, :] -= self.nu * (omega @ self.omega.T)
-        out[..., 2, :] = omega
-        return out.reshape(q.shape)
+        derivatives = q.reshape(3, n) @ self.inner
+        (xi_u, h2, pi), (xi_uu, h2_u, pi_u) = derivatives[:, :n], derivatives[:, n:]
+        F1, F2 = self.k1 * xi_u, self.k2 * h2
+        F1 -= self.force  # k1 (h1 − 1) with h1 = ν + ξ'
+        v1 = self.k1 * xi_uu
+        v1 -= pi * F2
+        v1 /= self.gamma1
+        v2 = self.k2 * h2_u
+        v2 += pi * F1
+        integrands = np.empty((3, n))
+        omega = np.add(xi_u, self.nu, out=integrands[2])
+        omega *= F2
+        omega -= h2 * F1
+        omega += pi_u
+        omega /= self.gamma3
+        np.multiply(omega, h2, out=integrands[0])
+        integrands[0] -= pi * v2
+        np.multiply(pi, v1, out=integrands[1])
+        integrands[1] -= omega * xi_u  # without Ω ν, for which the third row is
+        out = np.empty(3 * n)
+        np.matmul(integrands.reshape(-1), self.compatibility, out=out[: 2 * n])
+        out[:n] += v1
+        out[n : 2 * n] += v2
+        out[2 * n :] = omega
+        return out
 
     def jacobian(self, q: Array) -> Array:
         """∂f/∂q at one state, (3n, 3n)."""
@@ -126,7 +138,7 @@ class AngleForm:
         return out.reshape(3 * n, 3 * n)
 
     def fields(self, q: Array) -> tuple[Array, Array, Array, Array]:
-        """x, y, θ and the axial force F1 at all N + 1 nodes, (…, N+1) each."""
+        """x, y, θ and the axial force F1 at all N + 1 nodes, (…, N+1) each, of states (…, 3n)."""
         n = self.tip_row.size
         q = q.reshape(*q.shape[:-1], 3, n)
         strains = q[..., :2, :] @ self.slope
@@ -172,9 +184,12 @@ def angle_form(rod: RodParameters, force: float, degree: int = 16) -> AngleForm:
     curvature = grid.second[1:-1, 1:-1] + np.outer(grid.second[1:-1, -1], tip_row)
     slope[-1] = 0.0
     vanishing = up[1:-1, 1:-1].copy()
+    omega = vanishing + np.outer(up[1:-1, -1], tip_row)
     k1, k2, gamma3, gamma1 = rod.floats()
+    zero = np.zeros_like(vanishing)
+    compatibility = np.block([[vanishing.T, zero], [zero, vanishing.T], [zero, (force / k1 - 1) * omega.T]])
     return AngleForm(
         k1, k2, gamma3, gamma1, force, grid.nodes, tip_row,
         inner=np.concatenate([slope[1:-1].T, curvature.T], axis=1), slope=slope.T.copy(), up=up,
-        vanishing=vanishing, omega=vanishing + np.outer(up[1:-1, -1], tip_row),
+        vanishing=vanishing, omega=omega, compatibility=compatibility,
     )  # fmt: skip

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rodwnl.angleform import AngleForm, angle_form
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
+from rodwnl.inverse import leading_eigenvalues
 from rodwnl.parameters import Number, RodParameters, exact, positive
 from rodwnl.readout import Reading, read
 from rodwnl.storage import require
@@ -35,7 +36,9 @@ RESOLVED = 1e-6  # relative size of the last Chebyshev coefficients with which a
 SAMPLES_PER_PERIOD = 32
 FRAMES = 256  # the last samples, for which the whole shape is kept
 MOST_SAMPLES = 2_000_000
+OSCILLATING = 1e-6  # |Im λ|/|λ| of an eigenvalue that is not real up to round-off
 ATOL = 1e-2  # absolute tolerance over the relative one: angles and displacements of 0.01 L count as large
+LARGEST_PERTURBATION = 3
 LAYER = 0.05  # first part of the run, in which the initial data adapt to the tip conditions
 
 Progress = Callable[[float], None]
@@ -105,10 +108,15 @@ def simulate(
     started = clock.perf_counter()
     F = _checked_force(rod, force)
     duration, epsilon = float(positive("time", time)), float(exact("perturbation", perturbation))
+    if abs(epsilon) > LARGEST_PERTURBATION:
+        raise InputError(
+            f"perturbation is {epsilon:g}, but its size must not exceed {LARGEST_PERTURBATION} (L and rad): beyond, "
+            "the tip is turned by half a turn and no grid resolves the start"
+        )
     if not 1e-13 <= rtol <= 1e-3:
         raise InputError(f"rtol is {rtol}, but it must lie between 1e-13 and 1e-3")
     degrees = DEGREES if nodes == "auto" else (_checked_nodes(nodes),)
-    step = sampling_step(angle_form(rod, F, DEGREES[0]), duration)
+    step = sampling_step(rod, F, duration)
     for degree in degrees:
         form = angle_form(rod, F, degree)
         run = _Run(form, step, duration, rtol, limit=None if degree == degrees[-1] else RESOLVED)
@@ -125,21 +133,19 @@ def perturbed(form: AngleForm, epsilon: float) -> Array:
     return form.state(form.nu * c + y_u * s, y_u * c - form.nu * s, theta)
 
 
-def sampling_step(form: AngleForm, duration: float) -> float:
+def sampling_step(rod: RodParameters, force: float, duration: float) -> float:
     """Time between samples: divides `duration` and samples the straight rod's leading oscillation well.
 
     Where nothing oscillates, the rate at which the leading mode decays stands for the frequency.
     """
-    eigenvalues = np.linalg.eigvals(form.jacobian(np.zeros(form.size)))
-    oscillating = eigenvalues[eigenvalues.imag > 0]
-    leading = max(oscillating if oscillating.size else eigenvalues, key=lambda z: z.real)
-    samples = max(
-        8 * SAMPLES_PER_PERIOD, int(np.ceil(duration * abs(leading) / (2 * np.pi) * SAMPLES_PER_PERIOD))
-    )
+    eigenvalues = leading_eigenvalues(rod.floats(), np.array([force]))[0][0]
+    oscillating = eigenvalues[eigenvalues.imag > OSCILLATING * np.abs(eigenvalues)]
+    leading = abs(max(oscillating if oscillating.size else eigenvalues, key=lambda z: z.real))
+    samples = max(8 * SAMPLES_PER_PERIOD, int(np.ceil(duration * leading / (2 * np.pi) * SAMPLES_PER_PERIOD)))
     if samples > MOST_SAMPLES:
         raise InputError(
             f"time is {duration:g}, which takes {samples} samples ({SAMPLES_PER_PERIOD} a period at "
-            f"frequency {abs(leading):.4g}), but at most {MOST_SAMPLES} are kept; simulate a shorter time"
+            f"frequency {leading:.4g}), but at most {MOST_SAMPLES} are kept; simulate a shorter time"
         )
     return duration / samples
 
@@ -147,7 +153,7 @@ def sampling_step(form: AngleForm, duration: float) -> float:
 def expected_size(rod: RodParameters, force: Number, time: Number) -> int:
     """Bytes of the file that a run at this force will need, at most."""
     duration = float(positive("time", time))
-    step = sampling_step(angle_form(rod, _checked_force(rod, force), DEGREES[0]), duration)
+    step = sampling_step(rod, _checked_force(rod, force), duration)
     return 8 * (4 * round(duration / step) + 4 * FRAMES * (MOST_NODES + 1)) + 100_000
 
 

@@ -25,6 +25,7 @@ RODS = [
     (RodParameters("1e4", "1e2", "1e-2"), 27.43),
     (RodParameters(200, "1e4", "1e-4"), 155.6),
 ]
+HOPELESS = RodParameters("1e4", "1e4", "1e-30")  # its rates differ by more than double precision holds
 FIRST_OPTIONS = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
 
 
@@ -137,7 +138,8 @@ def test_a_run_follows_the_displacement_form_under_another_integrator():
     at = np.searchsorted(ours.nodes, other.nodes)
     start = other.state(*(field[middle, at] for field in (ours.x, ours.y, ours.theta)))
     theirs = solve_ivp(
-        lambda t, q: other.rhs(q), (ours.frame_time[middle], ours.time[-1]), start, "BDF", rtol=1e-8, atol=1e-10,
+        lambda t, q: other.rhs(q), (ours.frame_time[middle], ours.time[-1]), start, "BDF",
+        rtol=1e-8, atol=1e-10,
         jac=lambda t, q: other.jacobian(q),
     )  # fmt: skip
     tip = other.tip(theirs.y[:, -1])
@@ -205,6 +207,7 @@ def test_an_interrupt_keeps_what_was_computed():
         ({"time": "1e9"}, r"at most 2000000 are kept; simulate a shorter time"),
         ({"nodes": 7}, "nodes is 7, but it must be auto or a whole number from 8 to 128"),
         ({"rtol": 1.0}, "rtol is 1.0, but it must lie between"),
+        ({"perturbation": "1e3"}, "its size must not exceed 3"),
         ({"perturbation": "nan"}, "perturbation is 'nan': not a finite number"),
     ],
 )
@@ -213,10 +216,9 @@ def test_bad_input_is_refused_with_its_reason(given, message):
         simulate(**{"rod": FIRST, "force": 38, **given})
 
 
-@pytest.mark.parametrize("perturbation", ["1e7", "1e150"])
-def test_a_perturbation_that_is_too_large_fails_with_its_reason(perturbation):
+def test_a_run_that_the_integrator_cannot_do_fails_with_its_reason():
     with pytest.raises(ComputationError, match=r"gave up at t = .* A smaller perturbation"):
-        simulate(FIRST, 38, "0.1", perturbation, nodes=16)
+        simulate(HOPELESS, 38, "0.1", nodes=16)
 
 
 def test_a_file_holds_the_run_and_how_to_repeat_it(settled, tmp_path):
@@ -292,7 +294,7 @@ def test_the_command_refuses_a_bad_file_before_the_run(capsys, monkeypatch, tmp_
 
 
 def test_a_failing_run_prints_one_line(capsys):
-    options = [*FIRST_OPTIONS, "--force", "38", "--time", "0.1", "--perturbation", "1e150"]
+    options = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-30", "--force", "38", "--time", "0.1"]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert run(["simulate", *options]) == 2

@@ -1,14 +1,13 @@
-"""The equations of a periodic orbit of the full nonlinear rod: Fourier × Chebyshev collocation of E w_t =
-R(w).
+"""The equations of a periodic orbit of the full nonlinear rod, by Fourier × Chebyshev collocation.
 
-(`strainform` explains E and R.) An orbit that bifurcates from the straight rod repeats itself mirrored
-after half a period: h1 has even harmonics, h2 and Π odd ones. With a the first harmonic of the tip's angle
-and s = a², write
+They are those of `strainform` for the plain follower-force rod, whose strains at the tip are ν, 0, 0 at all
+times, so that E w_t = R(w) with E = −∫₀ᵘ∫ᵤ¹. An orbit that bifurcates from the straight rod repeats itself
+mirrored after half a period: h1 has even harmonics, h2 and Π odd ones. With a the first harmonic of the
+tip's angle and s = a², write
 
     h1 = ν + s η1,    h2 = a η2,    Π = a P.
 
-Then the equations of the plain follower-force rod contain a only through s (written by hand, all of them
-polynomial):
+Then the equations, all of them polynomial, contain a only through s:
 
     F1 = k1 (h1 − 1),   V1 = (k1 η1' − k2 P η2)/γ1,   V2 = k2 η2' + P F1,   W = (P' + η2 (k2 h1 − F1))/γ3,
     ω E ∂τ η1' = V1 + ∫ (W η2 − P V2),    ω E ∂τ η2' = V2 + ∫ (s P V1 − W h1),    ω E ∂τ P' = W,
@@ -65,6 +64,7 @@ class HalfPeriod:
 
 
 def _basis(harmonics: Array, count: int, phases: Array, order: int = 0) -> Array:
+    """cos kτ for all harmonics, then sin kτ but for k = 0 and for k = m, which vanishes at all m phases."""
     angle = np.outer(phases, harmonics) + order * np.pi / 2
     scale = harmonics**order
     sines = (harmonics > 0) & (harmonics < count)

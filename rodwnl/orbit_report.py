@@ -47,7 +47,7 @@ def orbit_entry(orbit: Orbit) -> dict[str, Any]:
         "harmonics": [repr(value) for value in orbit.harmonics],
         "multipliers": [[repr(value.real), repr(value.imag)] for value in orbit.multipliers],
         "residual": repr(orbit.residual),
-        "error": {"relative": repr(orbit.error)},
+        "error": {"relative": repr(orbit.error), "multipliers": repr(orbit.multiplier_error)},
         "grid": {"phases": orbit.cycle.system.count, "degree": orbit.cycle.system.degree},
     }
 

@@ -117,7 +117,8 @@ class Orbit:
 
     A_tip: half the peak-to-peak of the tip's y. error: relative change of A_tip or ω, the larger, by the
     last refinement. harmonics: amplitudes of the tip's y at ω, 3ω, 5ω, …. residual: see `Cycle`.
-    multipliers: Floquet multipliers of the period without the trivial 1, largest first.
+    multipliers: Floquet multipliers of the period without the trivial 1, largest first. multiplier_error:
+    |μ − 1| of that one.
     """
 
     cycle: Cycle
@@ -128,6 +129,7 @@ class Orbit:
     residual: float
     error: float
     multipliers: tuple[complex, ...]
+    multiplier_error: float
     stable: bool
 
 
@@ -209,6 +211,7 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
         residual=cycle.residual,
         error=float(error),
         multipliers=tuple(complex(v) for v in floquet.full[:6]),
+        multiplier_error=2 * floquet.error,
         stable=floquet.stable,
     )
 

@@ -1,12 +1,14 @@
-"""α and β from the discretised full rod, against the theory with fifty digits and against its own spectrum."""
+"""α and β from the discretised full rod, against the theory with fifty digits and its own spectrum."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from rodwnl.coefficients import landau
 from rodwnl.errors import ComputationError
 from rodwnl.normalform import NormalForm, _Discrete, normal_form
+from rodwnl.parameters import RodParameters
 from rodwnl.strainform import follower, integrals, mass
 
 # The closed-form theory (modes, corrections and g1…g4 as sums of exponentials) evaluated with 50 digits for
@@ -39,6 +41,21 @@ def test_the_expansion_is_confirmed(rod, point, degree):
     assert abs(found.beta / point[3] - 1) < TOLERANCE
     assert found.residual < 1e-14
     assert found.tail < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rods_that_are_in_no_table(seed):
+    """Random stiffnesses up to 2e5 and drags: the expansion against the discretised rod."""
+    rng = np.random.default_rng(seed)
+    k1, k2 = 10 ** rng.uniform(2.0, 5.3, 2)
+    rod = RodParameters(float(k1), float(k2), float(10 ** rng.uniform(-5, -0.5)), float(rng.uniform(0.2, 2)))
+    found = landau(rod)
+    assert len(found) > 0
+    for c in found:
+        form = normal_form(follower(*rod.floats()), c.force * 1.001, c.omega * 0.999, 40)
+        assert form.force == pytest.approx(c.force, rel=TOLERANCE)
+        assert abs(form.alpha / c.alpha - 1) < TOLERANCE
+        assert abs(form.beta / c.beta - 1) < TOLERANCE
 
 
 def test_too_few_points_show_in_the_tail():

@@ -2,10 +2,10 @@
 
     python benchmarks/integrators.py [--time 5] [--nodes 24]
 
-The rod k1 = k2 = 1e4, gamma3 = 1e-4 at force 38 from its perturbed straight state. Every method gets the same
-grid, the exact Jacobian, and tolerances in half decades; it is represented by its cheapest run whose A_tip, and
-that of all its tighter runs, is within 1e-5 of a run with tolerance 1e-12 in the same unknowns. Times are CPU
-seconds, so that other processes disturb less.
+The rod k1 = k2 = 1e4, gamma3 = 1e-4 at force 38 from its perturbed straight state. Every method gets the
+same grid, the exact Jacobian, and tolerances in half decades; it is represented by its cheapest run whose
+A_tip, and that of all its tighter runs, is within 1e-5 of a run with tolerance 1e-12 in the same unknowns.
+Times are CPU seconds, so that other processes disturb less.
 """
 
 import argparse

@@ -110,8 +110,8 @@ def simulate(
     duration, epsilon = float(positive("time", time)), float(exact("perturbation", perturbation))
     if abs(epsilon) > LARGEST_PERTURBATION:
         raise InputError(
-            f"perturbation is {epsilon:g}, but its size must not exceed {LARGEST_PERTURBATION} (L and rad): beyond, "
-            "the tip is turned by half a turn and no grid resolves the start"
+            f"perturbation is {epsilon:g}, but its size must not exceed {LARGEST_PERTURBATION} (L and rad): "
+            "beyond, the tip is turned by half a turn and the start is not resolved"
         )
     if not 1e-13 <= rtol <= 1e-3:
         raise InputError(f"rtol is {rtol}, but it must lie between 1e-13 and 1e-3")
@@ -140,7 +140,8 @@ def sampling_step(rod: RodParameters, force: float, duration: float) -> float:
     """
     eigenvalues = leading_eigenvalues(rod.floats(), np.array([force]))[0][0]
     oscillating = eigenvalues[eigenvalues.imag > OSCILLATING * np.abs(eigenvalues)]
-    leading = abs(max(oscillating if oscillating.size else eigenvalues, key=lambda z: z.real))
+    candidates = oscillating if oscillating.size else eigenvalues
+    leading = float(np.abs(candidates[candidates.real.argmax()]))
     samples = max(8 * SAMPLES_PER_PERIOD, int(np.ceil(duration * leading / (2 * np.pi) * SAMPLES_PER_PERIOD)))
     if samples > MOST_SAMPLES:
         raise InputError(

@@ -1,0 +1,83 @@
+"""The beating rod as a film: its shapes, the follower force at its tip, the path of the tip."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodwnl.collocation import interpolation
+from rodwnl.errors import InputError
+from rodwnl.storage import replacing, require
+
+if TYPE_CHECKING:
+    from rodwnl.simulation import Simulation
+
+STYLE = Path(__file__).with_name("figures.mplstyle")
+FORMATS = (".gif", ".mp4")
+SHOWN = 64  # frames: the last two periods
+FRAMES_PER_SECOND = 24
+ARROW = 0.15  # length of the force's arrow, in L
+
+
+def require_format(path: Path) -> None:
+    """Raise InputError unless a film of this kind can be written here."""
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"cannot film to {path.name!r}: its name must end in {' or '.join(FORMATS)}")
+    require("matplotlib", "figures")
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        raise InputError(f"cannot film to {path.name!r}: the program ffmpeg is not installed; use .gif")
+
+
+def film(run: Simulation, path: Path) -> None:
+    """Draw the last beats of a run as a gif or mp4. Raises what `require_format` raises."""
+    require_format(path)
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import animation, pyplot
+
+    with pyplot.style.context(STYLE):
+        figure, axes = pyplot.subplots(figsize=(4.8, 3.2))
+        update = _scene(run, axes)
+        frames = range(max(0, run.frame_time.size - SHOWN), run.frame_time.size)
+        moving = animation.FuncAnimation(figure, update, frames=frames, blit=False)
+        kind = animation.PillowWriter if path.suffix.lower() == ".gif" else animation.FFMpegWriter
+        try:
+            with replacing(path) as temporary:
+                moving.save(temporary, writer=kind(fps=FRAMES_PER_SECOND), dpi=110)
+        finally:
+            pyplot.close(figure)
+
+
+def _scene(run: Simulation, axes: Any) -> Any:
+    """Prepare the axes; the function returned draws frame k."""
+    x, y, theta = (field[-SHOWN:] for field in (run.x, run.y, run.theta))
+    reach = max(0.1, 1.1 * float(np.abs(y).max()) + 0.03)
+    axes.set(xlim=(-0.05, max(1.0, float(x.max())) + ARROW + 0.05), ylim=(-reach, reach), aspect="equal")
+    axes.set(xlabel="$x/L$", ylabel="$y/L$")
+    axes.plot([0, 0], [-0.05, 0.05], color="0.5", linewidth=3, solid_capstyle="butt")  # the clamp
+    axes.plot(x[:, -1], y[:, -1], color="0.7", linewidth=0.8)
+    (rod,) = axes.plot([], [], color="C0", linewidth=2.2)
+    smooth = interpolation(run.nodes.size - 1, np.linspace(0, 1, 101))
+    arrow = follower_arrows(axes, x[:1, -1], y[:1, -1], theta[:1, -1], "C1")
+
+    def draw(k: int) -> Any:
+        rod.set_data(smooth @ run.x[k], smooth @ run.y[k])
+        angle = run.theta[k, -1]
+        arrow.set_offsets([[run.x[k, -1], run.y[k, -1]]])
+        arrow.set_UVC(-np.cos(angle), -np.sin(angle))
+        axes.set_title(f"force {run.force:g},   t = {run.frame_time[k]:.4f}", loc="left")
+        return rod, arrow
+
+    return draw
+
+
+def follower_arrows(axes: Any, x: Any, y: Any, theta: Any, color: Any) -> Any:
+    """The follower force −F e1 at tips (x, y) turned by θ: arrows along the rod that end at its tip."""
+    return axes.quiver(
+        x, y, -np.cos(theta), -np.sin(theta), angles="xy", scale_units="xy", scale=1 / ARROW, pivot="tip",
+        color=color, width=0.006, zorder=3,
+    )  # fmt: skip

@@ -115,7 +115,7 @@ def _statements(
         f"besides ±i omega {count} Re lambda >= 0 there: the crossing pair is "
         f"{'leading' if unstable == 0 else 'not leading'}",
         f"Re alpha {'< 0' if criticality == 'supercritical' else '> 0'}: the bifurcation is {criticality}",
-        "force, omega, alpha, beta and the slopes lie in the balls given",
+        "every number lies in the ball given for it",
     )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal
 
 import mpmath as mp
 
@@ -55,6 +56,16 @@ class ExactThreshold:
     agreement: float
     residuals: dict[str, Scalar]
 
+    @property
+    def crossing(self) -> Literal["destabilizing", "restabilizing"]:
+        """By the sign of Re β."""
+        return "destabilizing" if self.beta.real > 0 else "restabilizing"
+
+    @property
+    def criticality(self) -> Literal["supercritical", "subcritical"]:
+        """By the sign of Re α, of which `digits` digits are known: it is not 0."""
+        return "supercritical" if self.alpha.real < 0 else "subcritical"
+
 
 def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: int = 30) -> ExactThreshold:
     """The Hopf threshold near (force, omega) and its α, β, to `digits` correct digits.
@@ -68,9 +79,10 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
     for _ in range(ATTEMPTS):
         lower, working = working, working + GUARD
         fine = _evaluate(rod, coarse.force, coarse.omega, working)
-        agreement = _agreement(coarse, fine)
-        if agreement >= digits + 2:
-            return _record(fine, digits, working, agreement)
+        with mp.workdps(working):
+            agreement = _agreement(coarse, fine)
+            if agreement >= digits + 2 and _texts(coarse, digits) == _texts(fine, digits):
+                return _record(fine, digits, working, agreement)
         lost = lower - int(agreement)
         coarse, working = fine, max(working, digits + lost) if agreement > 0 else 2 * working
     raise ComputationError(
@@ -95,11 +107,23 @@ def _evaluate(rod: RodParameters, force: Scalar, omega: Scalar, working: int) ->
 
 def _agreement(a: Coefficients, b: Coefficients) -> float:
     """Digits to which two evaluations agree, in the worst of force, ω and the parts of α and β."""
-    numbers = [
-        (c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag, *_slopes(c)) for c in (a, b)
-    ]
-    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in zip(*numbers, strict=True) if x != y]
+    pairs = zip(_numbers(a), _numbers(b), strict=True)
+    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in pairs if x != y]
     return float(-mp.log10(max(differing))) if differing else float("inf")
+
+
+def _numbers(c: Coefficients) -> list[Scalar]:
+    return [c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag, *_slopes(c)]
+
+
+def _texts(c: Coefficients, digits: int) -> list[str]:
+    """The rounded numbers: agreement alone does not decide the last digit of one close to a tie."""
+    return [digits_text(x, digits) for x in _numbers(c)]
+
+
+def digits_text(value: Scalar, digits: int) -> str:
+    """A real number rounded to so many significant digits, trailing zeros kept."""
+    return str(mp.nstr(value, digits, strip_zeros=False))
 
 
 def _slopes(c: Coefficients) -> tuple[Scalar, Scalar]:
@@ -111,8 +135,7 @@ def _slopes(c: Coefficients) -> tuple[Scalar, Scalar]:
 
 
 def _record(c: Coefficients, digits: int, working: int, agreement: float) -> ExactThreshold:
-    with mp.workdps(working):
-        slopes = _slopes(c)
+    slopes = _slopes(c)
     return ExactThreshold(c.force, c.omega, c.alpha, c.beta, *slopes, digits, working, agreement, c.residuals)
 
 

@@ -19,6 +19,17 @@ MaxForce = Annotated[
     typer.Option("--max-force", metavar="F", help="Search forces up to this one. Default: min(k1, 400)."),
 ]
 
+Digits = Annotated[
+    str | None,
+    typer.Option("--digits", metavar="N", help="Print N correct digits (1 to 10000), whatever it takes."),
+]
+Certified = Annotated[
+    bool,
+    typer.Option(
+        "--certified", help="Prove existence, uniqueness, rank and criticality; print every number as a ball."
+    ),
+]
+
 _REQUIRED = {"k1": "Stretch stiffness.", "k2": "Shear stiffness.", "gamma3": "Rotational drag."}
 _OPTIONAL = {"gamma1": "Axial drag. Default: half the transverse drag."}
 _SI = {
@@ -70,6 +81,15 @@ def read_rod(values: dict[str, Any]) -> RodParameters:
         raise InputError(f"a rod in SI units also needs {missing}")
     own.setdefault("gamma1", positive("gamma2", si["gamma2"]) / 2)
     return RodParameters.from_physical(L=si.pop("length"), **own, **si)
+
+
+def read_digits(text: str | None) -> int | None:
+    """A number of digits; None stands for the default."""
+    from rodwnl.exact import checked_digits
+
+    if text is None:
+        return None
+    return checked_digits(int(text) if text.isascii() and text.isdigit() and len(text) < 9 else text)
 
 
 def read_force(rod: RodParameters, name: str, text: str) -> Fraction:

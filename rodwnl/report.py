@@ -28,12 +28,17 @@ _UNITS = {
 }
 
 
-def scale(rod: RodParameters, quantity: str) -> float:
+def exact_scale(rod: RodParameters, quantity: str) -> Fraction:
     """What a dimensionless quantity is multiplied by for printing: 1, or its SI scale."""
     if rod.scales is None:
-        return 1.0
+        return Fraction(1)
     length, time, force, _ = _UNITS[quantity]
-    return float(rod.scales.length**length * rod.scales.time**time * rod.scales.force**force)
+    return rod.scales.length**length * rod.scales.time**time * rod.scales.force**force
+
+
+def scale(rod: RodParameters, quantity: str) -> float:
+    """`exact_scale`, rounded."""
+    return float(exact_scale(rod, quantity))
 
 
 def heading(rod: RodParameters, quantity: str) -> str:

@@ -1,14 +1,26 @@
 """`rodwnl hopf`: the forces at which the straight rod starts or stops to flutter."""
 
-from rodwnl.options import Json, MaxForce, read_max_force, takes_rod
+from rodwnl.options import Certified, Digits, Json, MaxForce, read_digits, read_max_force, takes_rod
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import cell, document, heading, sentences, threshold_entry
 
 
 @takes_rod
-def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) -> None:
+def command(
+    rod: RodParameters,
+    max_force: MaxForce = None,
+    json: Json = False,
+    digits: Digits = None,
+    certified: Certified = False,
+) -> None:
     """Forces at which the straight rod loses or regains stability, with the frequency there."""
+    if digits is not None or certified:
+        from rodwnl.precise import NUMBERS_OF_HOPF, print_precise
+
+        names, wanted = NUMBERS_OF_HOPF, read_digits(digits)
+        print_precise(rod, read_max_force(rod, max_force), wanted, names, certified=certified, json=json)
+        return
     from rodwnl.spectrum import hopf_thresholds
 
     search = hopf_thresholds(rod, read_max_force(rod, max_force))

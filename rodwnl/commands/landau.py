@@ -1,18 +1,30 @@
 """`rodwnl landau`: the amplitude equation at every threshold."""
 
-from rodwnl.options import Json, MaxForce, read_max_force, takes_rod
+from rodwnl.options import Certified, Digits, Json, MaxForce, read_digits, read_max_force, takes_rod
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import cell, document, heading, landau_entry, sentences
 
 
 @takes_rod
-def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) -> None:
+def command(
+    rod: RodParameters,
+    max_force: MaxForce = None,
+    json: Json = False,
+    digits: Digits = None,
+    certified: Certified = False,
+) -> None:
     """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
 
     The tip moves by 2 |A|. Independent of how the mode is normalised are beta, the criticality, and the
     slopes of A_tip² and omega in the force along the branch of oscillations.
     """
+    if digits is not None or certified:
+        from rodwnl.precise import NUMBERS_OF_LANDAU, print_precise
+
+        names, wanted = NUMBERS_OF_LANDAU, read_digits(digits)
+        print_precise(rod, read_max_force(rod, max_force), wanted, names, certified=certified, json=json)
+        return
     from rodwnl.coefficients import landau
 
     found = landau(rod, read_max_force(rod, max_force))

@@ -45,7 +45,7 @@ CONFUSED = (
     ("h1", "h2"), ("v1", "v2"), ("F1", "F2"), ("f1", "f2"), ("f2", "f3"), ("e1", "e2"), ("x", "y"),
     ("y", "theta"), ("Y", "Theta"), ("X0", "X2"), ("P0", "P2"), ("g1", "g2"), ("g3", "g4"), ("g1", "g3"),
     ("g2", "g4"), ("Psi_Y", "Psi_Theta"), ("alpha", "beta"), ("y_hat", "theta_hat"),
-    ("e1_free", "e2_free"), ("tau", "T"),
+    ("e1_free", "e2_free"), ("tau", "T"), ("Psi", "xi"),
 )  # fmt: skip
 COMPLEX = {
     "Y", "Theta", "H", "X0", "X2", "P0", "P2", "g1", "g2", "g3", "g4", "Psi_Y", "Psi_Theta", "A", "alpha",
@@ -53,6 +53,8 @@ COMPLEX = {
 }  # fmt: skip
 TWO, ONE, ZERO = Num(Fraction(2)), Num(Fraction(1)), Num(Fraction(0))
 HALF = Quot(ONE, TWO)
+#: Numbers that occur in expansions to third order.
+NUMBERS = tuple(Fraction(a, b) for a, b in ((1, 6), (1, 4), (1, 3), (1, 2), (2, 1), (3, 1), (4, 1), (6, 1)))
 
 
 @dataclass(frozen=True)
@@ -240,7 +242,11 @@ def _alone(node: Node, letters: _Letters, starred: bool) -> Iterator[tuple[str, 
 
 
 def _restoring(node: Node, letters: _Letters, starred: bool) -> Iterator[_Change]:
-    """What puts back a lost factor, prime, derivative, power, modulus or real part."""
+    """What puts back a lost factor, prime, derivative, power, modulus, real part, or the right number."""
+    if (value := _value(node)) is not None:
+        for other in NUMBERS:
+            if other != value:
+                yield _Change("number", node, _number(other), _number(other))
     match node:
         case Relation(op, left, right):
             for f in letters.factors:
@@ -303,9 +309,31 @@ def _scaled(node: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _times(factor: Any, node: Any) -> Any:
+    """factor * node; a number joins the number that stands in front, 2 * (1/4) x = (1/2) x."""
     if isinstance(node, Neg):
         return Neg(_times(factor, node.arg))
-    return Prod((factor, *node.factors)) if isinstance(node, Prod) else Prod((factor, node))
+    factors = node.factors if isinstance(node, Prod) else (node,)
+    left, right = _value(factor), _value(factors[0])
+    if left is not None and right is not None:
+        number = _number(left * right)
+        rest = factors[1:]
+        return _product((number, *rest)) if number != ONE or not rest else _product(rest)
+    return Prod((factor, *factors))
+
+
+def _value(node: Any) -> Fraction | None:
+    """The number that a node is, ``2`` or ``\\frac{1}{2}``."""
+    if isinstance(node, Num):
+        return node.value
+    if isinstance(node, Quot) and isinstance(node.num, Num) and isinstance(node.den, Num):
+        return node.num.value / node.den.value if node.num.value is not None and node.den.value else None
+    return None
+
+
+def _number(value: Fraction) -> Any:
+    if value.denominator == 1:
+        return Num(value)
+    return Quot(Num(Fraction(value.numerator)), Num(Fraction(value.denominator)))
 
 
 def _product(factors: tuple[Any, ...]) -> Any:

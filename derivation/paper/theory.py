@@ -112,7 +112,9 @@ class Theory:
             ModelError: if the rod's load allows no such variables.
         """
         if self.d.third.transformed is None:
-            raise ModelError(f"{self.d.model.name}: its load mixes fields of order 3; no transformed variables")
+            raise ModelError(
+                f"{self.d.model.name}: its load mixes fields of order 3; no transformed variables"
+            )
         return self.d.third.transformed
 
     @cached_property

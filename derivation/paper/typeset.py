@@ -89,7 +89,7 @@ def _latex(node: Node) -> tuple[str, int]:
                 PRODUCT,
             )
         case Apply(fn, args):
-            return f"{_scripted(fn)}({', '.join(map(latex, args))})", ATOM
+            return f"{_called(fn)}({', '.join(map(latex, args))})", ATOM
         case At(arg, place):
             return rf"\left. {latex(arg, PRODUCT)} \right|_{{{latex(place)}}}", ATOM
         case Matrix(rows):
@@ -134,6 +134,11 @@ def _scripted(node: Node) -> str:
     if isinstance(node, Prime) and isinstance(node.arg, Sym):
         return _latex(node)[0]
     return latex(node, ATOM)
+
+
+def _called(fn: Node) -> str:
+    """The function of a call; a star needs no brackets there."""
+    return _latex(fn)[0] if isinstance(fn, Conj) and isinstance(fn.arg, (Sym, Prime)) else _scripted(fn)
 
 
 def _function(name: str, arg: Expr) -> tuple[str, int]:

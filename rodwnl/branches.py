@@ -194,7 +194,7 @@ def _moved(system: OrbitSystem, point: Point, resolution: tuple[int, int]) -> tu
     """The same point on another grid, with its tangent's direction kept."""
     new, guess = regridded(Cycle(system, point.X), resolution)
     tangent, curvature = system.resampled(point.tangent, new), system.resampled(point.curvature, new)
-    return new, replace(correct(new, guess, new.metric * tangent, tangent), curvature=curvature)
+    return new, replace(correct(new, guess, new.metric * tangent), curvature=curvature)
 
 
 def _events(before: BranchPoint, length: float, after: BranchPoint, index: int) -> list[Event]:

@@ -56,10 +56,10 @@ class Point:
     iterations: int
 
 
-def correct(system: System, guess: Array, row: Array, heading: Array | None = None) -> Point:
-    """The solution in the plane row·(X − guess) = 0, by Newton's method.
+def correct(system: System, guess: Array, row: Array) -> Point:
+    """The solution in the plane row·(X − guess) = 0, by Newton's method. Raises ConvergenceError.
 
-    The tangent points where heading·metric·tangent > 0 (default: heading = row). Raises ConvergenceError.
+    The tangent points where row·tangent > 0.
     """
     from scipy.linalg import lu_factor, lu_solve
 
@@ -75,8 +75,7 @@ def correct(system: System, guess: Array, row: Array, heading: Array | None = No
         if size < SETTLED:
             tangent = lu_solve(factors, np.append(np.zeros_like(G), 1.0), check_finite=False)
             tangent = tangent / np.sqrt(system.metric @ tangent**2)
-            ahead = (system.metric * (row if heading is None else heading)) @ tangent
-            return Point(X, tangent if ahead >= 0 else -tangent, np.zeros_like(X), iteration)
+            return Point(X, tangent, np.zeros_like(X), iteration)
     raise ConvergenceError(
         f"Newton's iteration did not settle in {MAX_ITERATIONS} steps (last step {last:.1e})"
     )
@@ -94,7 +93,7 @@ def solve_at(system: System, guess: Array, index: int, value: float) -> Point:
 def step_from(system: System, point: Point, length: float) -> Point:
     """The point at this (signed) distance along the tangent. Raises ConvergenceError."""
     guess = point.X + length * point.tangent + length**2 / 2 * point.curvature
-    return correct(system, guess, system.metric * point.tangent, point.tangent)
+    return correct(system, guess, system.metric * point.tangent)
 
 
 def advance(system: System, point: Point, step: float, shortest: float) -> tuple[Point, float, float]:

@@ -36,7 +36,7 @@ def test_a_closed_curve_is_followed_once_around():
         assert new.tangent @ new.X == pytest.approx(0, abs=1e-7)  # of the last Newton matrix
         angle = np.arctan2(point.X[0] * new.X[1] - point.X[1] * new.X[0], point.X @ new.X)
         assert angle > 0
-        assert length > 0
+        assert point.tangent @ (new.X - point.X - length**2 / 2 * point.curvature) == pytest.approx(length)
         turned, point = turned + angle, new
 
 
@@ -51,7 +51,8 @@ def test_steps_grow_on_a_straight_part_and_the_curvature_shortens_newton():
 
 def test_the_fold_of_a_subcritical_branch_is_located():
     system = Subcritical()
-    point = solve_at(system, np.array([0.2, -0.03]), 0, 0.2)
+    point = solve_at(system, np.array([0.3, -0.03]), 0, 0.2)
+    assert point.X == pytest.approx([0.2, 0.2**4 - 0.2**2], abs=1e-14)
     assert point.tangent[0] > 0
     step = 0.05
     while True:

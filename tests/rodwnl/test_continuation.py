@@ -52,7 +52,7 @@ def test_steps_grow_on_a_straight_part_and_the_curvature_shortens_newton():
 def test_the_fold_of_a_subcritical_branch_is_located():
     system = Subcritical()
     point = solve_at(system, np.array([0.3, -0.03]), 0, 0.2)
-    assert point.X == pytest.approx([0.2, 0.2**4 - 0.2**2], abs=1e-14)
+    assert pytest.approx([0.2, 0.2**4 - 0.2**2], abs=1e-14) == point.X
     assert point.tangent[0] > 0
     step = 0.05
     while True:

@@ -56,8 +56,8 @@ class AdjointMode:
 class Corrections:
     """X0, X2 and the tensions P0, P2 at the nodes, (N,).
 
-    P0, P2 come from the axial balance of forces. residual: how far they are from k1(X' + …), their
-    constitutive law, relative to k1 max|X'|.
+    Of X0 and P0 only the real parts have a meaning ("+ c.c."). P0, P2 come from the axial balance of
+    forces. residual: how far they are from k1(X' + …), their constitutive law, relative to k1 max|X'|.
     """
 
     X0: Complex

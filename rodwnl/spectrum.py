@@ -27,6 +27,7 @@ Crossing = tuple[float, float, float, float]  # low, high: the interval that hol
 DEFAULT_MAX_FORCE = 400
 FIRST_INTERVALS = 16  # of the scan in the force; bisection does the rest
 NARROWEST = 1e-9  # of the range: an interval not decided at this width holds a tangency
+MOST_SAMPLES = 200  # of the scan: 33 to 41 are usual, 70 where two thresholds nearly merge
 KEPT_FOR_ALL = 30  # eigenvalues taken when all crossings are asked for; else KEPT
 CONVERGED, MOST_STEPS = 1e-10, 20  # of Newton's method: relative move from which only round-off is left
 ROUNDING = 8  # rounding errors of a term of the determinant, in units of EPS
@@ -120,7 +121,7 @@ def hopf_thresholds(
         counted = _counted(parameters, found, float(upper), all_crossings)
         growth, growth_force = _highest(parameters, seen, rounds=0 if counted else 3)
     if not counted and growth > 0:
-        raise ComputationError(_touches(growth_force))
+        raise ComputationError(undecided(growth_force))
     return HopfSearch(
         rod, upper, cut,
         thresholds=tuple(t for t in counted if t.leading),
@@ -189,15 +190,16 @@ def scan(parameters: Floats, upper: float, all_crossings: bool = False) -> tuple
         crossings += new
         left, middle, right = left[~decided], middle[~decided], right[~decided]
         left, right = left.followed_by(middle), middle.followed_by(right)
-        if left.force.size and np.min(right.force - left.force) < NARROWEST * upper:
-            raise ComputationError(_touches(float(left.force[0])))
+        too_narrow = np.any(right.force - left.force < NARROWEST * upper)
+        if too_narrow or (left.force.size and len(seen.force) > MOST_SAMPLES):
+            raise ComputationError(undecided(float(left.force[0])))
     return seen, crossings
 
 
-def _touches(force: float) -> str:
+def undecided(force: float) -> str:
     return (
-        f"near F = {force:.10g} an eigenvalue touches the imaginary axis so closely that double precision "
-        f"cannot tell how it crosses; search another range (max_force) or compute with more digits"
+        f"near F = {force:.10g} double precision cannot tell whether an eigenvalue crosses the imaginary "
+        f"axis: it is too close to it or too sensitive; search up to there (max_force) or use more digits"
     )
 
 
@@ -297,7 +299,7 @@ def _newton(parameters: Floats, low: float, high: float, force: float, omega: fl
         force, omega = force + step, omega + turn
         moves.append(abs(step) / force + abs(turn) / omega)
         if not (low - abs(step) <= force <= high + abs(step) and len(moves) < MOST_STEPS):
-            raise ComputationError(_touches(low))
+            raise ComputationError(undecided(low))
     noise = ROUNDING * EPS * float(size) / abs(by_eigenvalue)  # of λ, at a given force
     force_error = noise / abs(slope.real) + EPS * force
     return HopfThreshold(

@@ -58,7 +58,7 @@ def test_the_width_of_the_window_closes_like_a_square_root():
 
 def test_a_window_too_narrow_to_resolve_is_reported_and_not_passed_over(monkeypatch):
     monkeypatch.setattr(spectrum, "NARROWEST", 1e-4)  # the window is 3e-6 of the range
-    with pytest.raises(ComputationError, match=r"near F = 75\.\d+ an eigenvalue touches"):
+    with pytest.raises(ComputationError, match=r"near F = 75\.\d+ double precision cannot tell"):
         hopf_thresholds(RodParameters("147.9215196849", 10000, "1e-4"))
 
 
@@ -130,6 +130,14 @@ def test_the_range_searched_is_the_range_asked_for_cut_at_k1(asked, searched, cu
 def test_the_default_range_ends_at_400():
     search = hopf_thresholds(RodParameters(10000, 10000, "1e-4"))
     assert (search.max_force, search.range_cut) == (400, False)
+
+
+def test_eigenvalues_too_sensitive_to_be_followed_are_reported():
+    # 70 times the shear stiffness: the operator is far from normal, and 30 eigenvalues are asked for
+    rod = RodParameters("730.408", "6.77942", "1.24456e-8", "0.0713005")
+    with pytest.raises(ComputationError, match=r"too close to it or too sensitive; search up to there"):
+        hopf_thresholds(rod, 400, all_crossings=True)
+    assert len(hopf_thresholds(rod, 400)) == 1
 
 
 def test_a_negative_range_is_refused():

@@ -1,0 +1,403 @@
+"""Hopf thresholds of the straight rod for many rods at once: a closed characteristic function, counts, Newton.
+
+For one rod `rodwnl.spectrum` finds thresholds from the eigenvalues of an operator. For many rods that is too slow, so
+here everything is read off one analytic function of the force F and the eigenvalue λ (`characteristic`). On a line
+F = const its phase along the imaginary axis counts the unstable pairs (`Lines`); between neighbouring lines the pair that
+may cross is followed, and where an interval is not understood a line is put into its middle (`thresholds`).
+
+Arrays of one shape throughout: n rods, or n lines, each with its own rod. Lengths in L, times in γ2 L⁴/k3, forces in
+k3/L²; ν = 1 − F/k1, μ = k2 ν + F. The linear problem does not contain γ1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl import kernels
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int_]
+Mask = NDArray[np.bool_]
+Rods = tuple[Real, Real, Real]  # k1, k2, gamma3
+
+FIRST_LINES = 13  # of the scan in the force, at Fmax (m/12)²
+BLOCK = 512  # lines
+POINTS = 16  # on a line
+NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
+CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
+WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integer; the value if it is none
+MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
+MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
+CONVERGED, MOST_STEPS = 1e-9, 12  # a Newton step below CONVERGED leaves an error of its square
+
+
+# ---- the characteristic function
+
+
+@dataclass(frozen=True, slots=True)
+class Jet:
+    """A function of (F, λ) at n points: its value (n,) and its derivatives by F and by λ, slopes (2, n)."""
+
+    value: Any
+    slopes: Any
+    __array_ufunc__ = None  # array * jet is left to the jet
+
+    def __add__(self, other: Any) -> Jet:
+        if isinstance(other, Jet):
+            return Jet(self.value + other.value, self.slopes + other.slopes)
+        return Jet(self.value + other, self.slopes)
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.value, -self.slopes)
+
+    def __sub__(self, other: Any) -> Jet:
+        if isinstance(other, Jet):
+            return Jet(self.value - other.value, self.slopes - other.slopes)
+        return Jet(self.value - other, self.slopes)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Jet:
+        if isinstance(other, Jet):
+            return Jet(self.value * other.value, self.slopes * other.value + self.value * other.slopes)
+        return Jet(self.value * other, self.slopes * other)
+
+    def __truediv__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            return self * (1 / other)
+        inverse = 1 / other.value
+        quotient = self.value * inverse
+        return Jet(quotient, (self.slopes - quotient * other.slopes) * inverse)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def _sqrt(z: Any) -> Any:
+    if not isinstance(z, Jet):
+        return np.sqrt(z)
+    root = np.sqrt(z.value)
+    return Jet(root, z.slopes * (0.5 / root))
+
+
+def _exp(z: Any) -> Any:
+    if not isinstance(z, Jet):
+        return np.exp(z)
+    power = np.exp(z.value)
+    return Jet(power, power * z.slopes)
+
+
+def _value(z: Any) -> Any:
+    return z.value if isinstance(z, Jet) else z
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """D e^{−r1−r2}, D's dominant term for Re r1, Re r2 → ∞ scaled alike, and Im(r1 + r2)."""
+
+    scaled: Any
+    dominant: Any
+    turn: Any
+
+
+def characteristic(rods: Rods, force: Any, lam: Any) -> Characteristic:
+    """D(F, λ), zero exactly at the eigenvalues; real on the real axis, positive at λ = 0. Arrays or jets.
+
+    With z = r² the exponents obey z² − s z + p = 0. Written in cosh r u and sinh r u the four boundary conditions
+    have the determinant, up to a factor that never vanishes on the imaginary axis,
+
+        λ(z1 − z2)² D = cosh r1 cosh r2 (a1² b2 + a2² b1) − (sinh r1 sinh r2)/(r1 r2) a1 a2 (b1 z2 + b2 z1)
+                        − a1 a2 (b1 + b2),        a = k2 z − λ ~ Θ,    b = F z + νλ ~ H.
+
+    Its symmetric functions of z1, z2 need no roots; the roots z1 ≠ z2 are distinct there (paper: eq:linearization).
+    """
+    k1, k2, gamma3 = rods
+    nu = 1 - force * (1 / k1)
+    mu = k2 * nu + force
+    s = (lam * (1 + k2 * gamma3) - mu * force) / k2
+    p = lam * (mu * nu + lam * gamma3) / k2
+    discriminant = s * s - 4 * p
+    z1, z2 = _roots(s, p, discriminant)
+    r1, r2 = _sqrt(z1), _sqrt(z2)
+    e1, e2 = _exp(-r1), _exp(-r2)
+    a1, a2 = k2 * z1 - lam, k2 * z2 - lam
+    b1, b2 = force * z1 + nu * lam, force * z2 + nu * lam
+    product = a1 * a2
+    clamped = a1 * a1 * b2 + a2 * a2 * b1
+    mixed = product * (force * p * 2 + nu * lam * s) / (r1 * r2)
+    square1, square2 = e1 * e1, e2 * e2
+    both, neither = square1 * square2 + 1, square1 + square2
+    scaled = (
+        (both + neither) * clamped - (both - neither) * mixed - 4 * (e1 * e2 * product * (b1 + b2))
+    )  # fmt: skip
+    spurious = discriminant * lam * (k2 * k2)
+    return Characteristic(scaled / spurious, (clamped - mixed) / spurious, (_value(r1) + _value(r2)).imag)
+
+
+def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
+    """Both roots of z² − s z + p = 0, without cancellation."""
+    root = _sqrt(discriminant)
+    side = np.where((np.conj(_value(s)) * _value(root)).real > 0, 0.5, -0.5)
+    larger = s * 0.5 + root * side
+    return larger, p / larger
+
+
+def exponents(rods: Rods, force: Real, omega: Real) -> Complex:
+    """(n, 2): r1, r2 of e^{±ru} at λ = iω, with positive real parts."""
+    c4, c2, c0 = kernels.exponent_polynomial(1j * omega, *rods, force)
+    s, p = -c2 / c4, c0 / c4
+    return np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1))
+
+
+def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
+    """The scaled D and its derivatives: (D, D_F, D_λ)."""
+    unit = np.eye(2)[..., None]
+    D: Jet = characteristic(rods, Jet(force, unit[0]), Jet(lam, unit[1])).scaled
+    return D.value, D.slopes[0], D.slopes[1]
+
+
+# ---- one line F = const
+
+
+@dataclass(frozen=True)
+class Lines:
+    """n lines F = const of given rods.
+
+    rod (n,): which rod. force (n,). pairs (n,): number of unstable pairs. near (n,): whether the pair of `guess` is
+    close to the axis. guess (n,): approximate λ of the least stable pair of a stable line, else of an unstable pair;
+    NaN where it is not known.
+    """
+
+    rod: Index
+    force: Real
+    pairs: Index
+    near: Mask
+    guess: Complex
+
+    def __getitem__(self, which: Any) -> Lines:
+        return Lines(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+
+def joined(parts: Sequence[Any]) -> Any:
+    """Records of one kind whose fields are arrays, end to end."""
+    names = parts[0].__dataclass_fields__
+    return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def lines(rods: Rods, rod: Index, force: Real) -> Lines:
+    """The number of unstable pairs at these forces (n,) of the rods with these indices (n,)."""
+    here = _rods_at(rods, rod)
+    blocks = [slice(i, i + BLOCK) for i in range(0, len(rod), BLOCK)]
+    seen = joined([_phase(_rods_at(here, block), force[block]) for block in blocks])
+    # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
+    lost = np.flatnonzero(seen.lost)
+    lam, _ = follow(_rods_at(here, lost), force[lost], seen.guess[lost])
+    between = (seen.low[lost] < lam.imag) & (lam.imag < seen.high[lost])
+    unstable, counted = lam.real > 0, seen.counted[lost]
+    seen.pairs[lost] += np.where(between, unstable.astype(int) - counted, 0)
+    meant = unstable | (seen.pairs[lost] == 0)  # else the pair lost is a stable one beside the unstable one
+    seen.guess[lost] = np.where(meant, lam, seen.other[lost])
+    seen.near[lost] = meant | seen.other_near[lost]
+    return Lines(rod, force, seen.pairs, seen.near, seen.guess)
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What the phase of D shows on n lines; see `Lines`.
+
+    lost (n,): the pair of `guess`, between ω = low and ω = high, is so close to the axis that its turn has no
+    reliable sign. counted (n,): whether it was counted as unstable. other, other_near (n,): as guess and near, of the
+    most nearly unstable of the other pairs.
+    """
+
+    pairs: Index
+    near: Mask
+    guess: Complex
+    lost: Mask
+    low: Real
+    high: Real
+    counted: Mask
+    other: Complex
+    other_near: Mask
+
+
+def _phase(rods: Rods, force: Real) -> Phase:
+    """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by 2π a pair.
+
+    The points lie at the wave numbers q of ω = k2 q⁴/(μν + q²(1 + k2γ3)), about the rate at which a wave of number
+    q decays: every rod has its thresholds near q = 3, its further crossings between 4 and 2√(μF/k2).
+    """
+    k1, k2, gamma3 = (x[:, None] for x in rods)
+    F = force[:, None]
+    nu = 1 - F / k1
+    mu = k2 * nu + F
+    highest = np.maximum(8.0, 1.5 * np.sqrt(mu * F / k2))
+    q2 = highest ** (2 * np.arange(POINTS) / (POINTS - 1))
+    omega = k2 * q2 * q2 / (mu * nu + q2 * (1 + k2 * gamma3))
+    D = characteristic((k1, k2, gamma3), F, 1j * omega)
+    turns = np.angle(D.scaled[:, 1:] * np.conj(D.scaled[:, :-1]))
+    start = np.angle(D.scaled[:, 0] * np.exp(1j * D.turn[:, 0])) - D.turn[:, 0]
+    shortfall = np.angle(D.dominant[:, -1]) - start - turns.sum(axis=1)
+    pairs = np.rint(shortfall / (2 * np.pi))
+    # far from a whole number of turns: the line ends too early, or something overflowed
+    pairs = np.where(np.abs(shortfall / (2 * np.pi) - pairs) < WHOLE, pairs, UNKNOWN).astype(int)
+
+    def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
+        """The pair that makes D turn after this point, from D's secant there; the turn, and ω on both sides."""
+        before, after, low, high = (x[row, at + k] for x in (D.scaled, omega) for k in (0, 1))
+        return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
+
+    row, sharpest = np.arange(len(force)), np.abs(turns).argmax(axis=1)
+    lost = np.abs(turns[row, sharpest]) > CLOSE
+    at = np.where(lost, sharpest, np.where(pairs > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
+    guess, turn, low, high = turn_at(at)
+    turns[row, at] = np.pi
+    other, other_turn, _, _ = turn_at(turns.argmin(axis=1))
+    return Phase(pairs, np.abs(turn) > NEAR, guess, lost, low, high, turn < 0, other, other_turn < -NEAR)
+
+
+def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
+    """The eigenvalue near the guess at this force and its slope dλ/dF, by Newton's method; NaN where it does not settle."""
+    lam, slope = np.full((2, len(force)), np.nan + 0j)
+    open_ = np.flatnonzero(_plausible(guess))
+    here = guess[open_]
+    for _ in range(MOST_STEPS):
+        D, D_F, D_lam = jet(_rods_at(rods, open_), force[open_], here)
+        here = here - D / D_lam
+        settled = np.abs(D / D_lam) <= CONVERGED * np.abs(here)
+        lam[open_[settled]] = here[settled]
+        slope[open_[settled]] = (-D_F / D_lam)[settled]
+        going = ~settled & _plausible(here)
+        open_, here = open_[going], here[going]
+        if not open_.size:
+            break
+    return lam, slope
+
+
+def _plausible(lam: Complex) -> Mask:
+    """One of a pair of complex eigenvalues that may come to the axis; False for NaN."""
+    return (lam.imag > 0) & (np.abs(lam.real) < 10 * lam.imag)
+
+
+def _rods_at(rods: Rods, which: Any) -> Rods:
+    k1, k2, gamma3 = rods
+    return k1[which], k2[which], gamma3[which]
+
+
+# ---- intervals between lines
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Thresholds of the leading eigenvalue, ordered by rod and force; and the rods that were not understood.
+
+    rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton step of
+    (F, ω), relative. undecided: indices of rods on which intervals were left open.
+    """
+
+    rod: Index
+    force: Real
+    omega: Real
+    slope: Complex
+    residual: Real
+    undecided: set[int]
+
+
+def thresholds(rods: Rods, max_force: Real) -> Crossings:
+    """Every crossing of the imaginary axis by the leading pair in (0, max_force], for n rods of shape (n,).
+
+    An interval between two lines is understood when the pair that might cross in it, followed from one end to the
+    other, keeps its side by a margin or crosses once, and the counts at the ends say the same. Otherwise it is
+    halved. Where two pairs or more are unstable at both ends no pair is followed.
+    """
+    count = len(max_force)
+    grid = max_force[:, None] * np.linspace(0, 1, FIRST_LINES) ** 2
+    rod = np.broadcast_to(np.arange(count)[:, None], grid.shape)
+    known = lines(rods, rod.ravel(), grid.ravel())
+    number = np.arange(grid.size).reshape(grid.shape)
+    left, right = known[number[:, :-1].ravel()], known[number[:, 1:].ravel()]
+    found: list[tuple[Any, ...]] = []
+    hopeless: set[int] = set()
+    for _ in range(MOST_BISECTIONS):
+        lost = (left.pairs < 0) | (right.pairs < 0)
+        hopeless.update(left.rod[lost].tolist())
+        left, right = left[~lost], right[~lost]
+        decided, crossings = _decide(rods, left, right)
+        found.append(crossings)
+        left, right = left[~decided], right[~decided]
+        many = np.bincount(left.rod, minlength=count)[left.rod] > MOST_OPEN
+        hopeless.update(left.rod[many].tolist())
+        left, right = left[~many], right[~many]
+        if not left.rod.size:
+            break
+        middle = lines(rods, left.rod, (left.force + right.force) / 2)
+        left, right = joined([left, middle]), joined([middle, right])
+    rod, force, omega, slope, residual = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.lexsort((force, rod))
+    undecided = hopeless | set(left.rod.tolist())
+    return Crossings(rod[order], force[order], omega[order], slope[order], residual[order], undecided)
+
+
+def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...]]:
+    """Per interval whether it is understood, and the crossings on those that are."""
+    fewest, most = np.minimum(left.pairs, right.pairs), np.maximum(left.pairs, right.pairs)
+    crosses = (fewest == 0) & (most == 1)
+    # A pair near the axis must be seen to keep its side; of an unstable one this matters only if it is the only one.
+    from_left = np.where(crosses, left.pairs == 1, left.near & (left.pairs < 2))
+    from_right = np.where(crosses, right.pairs == 1, right.near & (right.pairs < 2))
+    understood = (fewest > 0) | (most < 2)
+    for start, end, asked in ((left, right, from_left), (right, left, from_right)):
+        i = np.flatnonzero(asked & understood)
+        understood[i] &= _understood(rods, start[i], end[i], crosses[i])
+    which = np.flatnonzero(understood & crosses)
+    understood[which], crossings = _crossings(rods, left[which], right[which])
+    return understood, crossings
+
+
+def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> Mask:
+    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once."""
+    here, step = _rods_at(rods, start.rod), end.force - start.force
+    lam, slope = follow(here, start.force, start.guess)
+    then, slope_then = follow(here, end.force, lam + step * slope)
+    change = then - lam
+    smooth = np.abs(change - step * (slope + slope_then) / 2) < np.abs(change) / 2 + np.abs(lam) * CONVERGED
+    # Bernstein coefficients of the cubic Hermite interpolant of Re λ
+    path = np.stack([lam, lam + step * slope / 3, then - step * slope_then / 3, then]).real
+    expected = np.where(start.pairs > 0, 1, -1)
+    keeps = np.min(path * expected, axis=0) > MARGIN * np.ptp(path, axis=0)
+    signs = path * expected > 0
+    once = signs[0] & ~signs[3] & (np.diff(signs, axis=0).sum(axis=0) == 1)
+    return smooth & np.where(crosses, once, keeps)
+
+
+def _crossings(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...]]:
+    """Newton's method for D(F, iω) = 0, F and ω real, on intervals that hold one crossing each.
+
+    With dλ/dF = −D_F/D_λ:  D + D_F dF + i D_λ dω = 0  is  (dλ/dF) dF − i dω = D/D_λ.
+    """
+    rods = _rods_at(rods, left.rod)
+    rises = right.pairs == 1
+    force = np.where(rises, right.force, left.force)
+    lam, slope = follow(rods, force, np.where(rises, right.guess, left.guess))
+    first = np.clip(-lam.real / slope.real, left.force - force, right.force - force)
+    omega, force = (lam + first * slope).imag, force + first
+    residual = np.full(len(force), np.inf)
+    for _ in range(MOST_STEPS):
+        D, D_F, D_lam = jet(rods, force, 1j * omega)
+        slope, offset = -D_F / D_lam, D / D_lam
+        step = offset.real / slope.real
+        turn = slope.imag * step - offset.imag
+        force, omega = force + step, omega + turn
+        residual = np.abs(step) / np.abs(force) + np.abs(turn) / np.abs(omega)
+        if np.all((residual < 1e-13) | ~np.isfinite(residual)):
+            break
+    inside = (left.force <= force) & (force <= right.force) & (omega > 0)
+    settled = (residual < CONVERGED) & inside & ((slope.real > 0) == rises)
+    parts = (left.rod, force, omega, slope, residual)
+    return settled, tuple(part[settled] for part in parts)

@@ -28,6 +28,7 @@ class Report:
     findings: tuple[Finding, ...]
     cells: tuple[Cell, ...]
     effects: dict[str, Any]
+    notation: Notation
 
     @property
     def counts(self) -> dict[str, int]:
@@ -78,6 +79,7 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None) ->
         result.findings,
         tuple(map(_corrected, cells)),
         _effects(result),
+        notation,
     )
 
 
@@ -117,6 +119,14 @@ def _effects(result: Verification) -> dict[str, Any]:
     from rodwnl.effects import effect
 
     return {f.label: effect(f.row, result.notation, result.theory) for f in wrong}
+
+
+def effect_sentence(effect: dict[str, Any] | None) -> str:
+    """An effect in one line."""
+    if effect is None:
+        return ""
+    rods = (f"{row['row']} α {row['alpha']}, β {row['beta']}" for row in effect["rods"])
+    return str(effect["note"]) or "relative change of " + "; ".join(rods)
 
 
 def document(report: Report) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from itertools import islice
 from derivation.paper.edits import ZERO, Edit, repairs
 from derivation.paper.ledger import Row, decide
 from derivation.paper.notation import Notation
-from derivation.paper.syntax import Equation, Relation, Rest, Sum, walk
+from derivation.paper.syntax import Equation, Node, Relation, Rest, Sum, walk
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import latex, tree
 
@@ -25,19 +25,20 @@ class Repair:
     Attributes:
         kind: what was wrong: "sign", "factor", "symbol", "missing term", ...
         text: the edit in words, mathematics as LaTeX.
-        latex: the equation after it.
+        latex: the equation after it, ``body`` its tree.
     """
 
     kind: str
     text: str
     latex: str
+    body: Node
 
 
 def repair(row: Row, notation: Notation, theory: Theory) -> Repair | None:
     """The smallest single edit of the printed equation after which it holds; None if there is none."""
     for edit in islice(sorted(repairs(row.equation, notation), key=_size), TRIALS):
         if _holds(decide(edit.equation, notation, theory)) and not _vacuous(edit.equation, notation, theory):
-            return Repair(edit.kind, _words(edit), _printed(edit.equation))
+            return Repair(edit.kind, _words(edit), _printed(edit.equation), edit.equation.body)
     return _missing_term(row, notation, theory)
 
 
@@ -81,7 +82,7 @@ def _missing_term(row: Row, notation: Notation, theory: Theory) -> Repair | None
     terms = lacking.terms if isinstance(lacking, Sum) else (lacking,)
     right = body.right.terms if isinstance(body.right, Sum) else (body.right,)
     whole = Relation(body.op, body.left, Sum((*right, *terms)))
-    return Repair("missing term", f"add {latex(lacking)} on the right", latex(whole))
+    return Repair("missing term", f"add {latex(lacking)} on the right", latex(whole), whole)
 
 
 def _printed(equation: Equation) -> str:

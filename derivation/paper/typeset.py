@@ -52,7 +52,7 @@ def _latex(node: Node) -> tuple[str, int]:
     match node:
         case Num(None):
             return r"\infty", ATOM
-        case Num(value):
+        case Num(Fraction() as value):
             return _number(value)
         case Sym(_, _, order):
             return node.name + (f"^{{({order})}}" if order else ""), SCRIPT if order else ATOM
@@ -106,12 +106,19 @@ def _latex(node: Node) -> tuple[str, int]:
 
 
 def _number(value: Fraction) -> tuple[str, int]:
-    if value.denominator == 1:
-        return str(value), ATOM
-    scaled = value * 10**12
-    if scaled.denominator == 1:  # a decimal fraction, as it was printed
-        return f"{float(value):.12f}".rstrip("0"), ATOM
+    if value.denominator == 1 or (value * 10**12).denominator == 1:
+        return number_text(value), ATOM
     return rf"\frac{{{value.numerator}}}{{{value.denominator}}}", ATOM
+
+
+def number_text(value: Fraction) -> str:
+    """A number as it is printed: an integer, a decimal fraction, or a quotient."""
+    if value.denominator == 1:
+        return str(value)
+    scaled = value * 10**12
+    if scaled.denominator == 1:
+        return f"{float(value):.12f}".rstrip("0")
+    return f"{value.numerator}/{value.denominator}"
 
 
 def _sum(terms: tuple[Expr, ...]) -> str:

@@ -10,9 +10,9 @@ from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
 from derivation.paper.repair import Repair, repair
 from derivation.paper.lower import Lowering, UndecidedError, UnfitError
-from derivation.paper.syntax import Apply, Equation, Relation, Sym
+from derivation.paper.syntax import Apply, Equation, Expr, Relation, Sym
 from derivation.paper.theory import FIELDS, Theory
-from derivation.paper.typeset import formula, latex
+from derivation.paper.typeset import formula, latex, tree
 from derivation.pipeline import Derivation, derive
 
 
@@ -25,7 +25,7 @@ class Finding:
         difference: left minus right, empty when the equation holds.
         repair: for one that does not hold, the smallest edit that makes it hold.
         theirs: what was read, typeset again.
-        derived: what the derivation has for the letter on the left, empty when no single letter stands there.
+        derived: what the derivation has for the letter on the left, None when no single letter stands there.
         stage: the module of the derivation that it comes from.
     """
 
@@ -34,7 +34,7 @@ class Finding:
     difference: str
     repair: Repair | None
     theirs: str
-    derived: str
+    derived: Expr | None
     stage: str
 
     @property
@@ -92,24 +92,24 @@ def _finding(row: Row, notation: Notation, theory: Theory) -> Finding:
     )
 
 
-def derived_form(equation: Equation, notation: Notation, theory: Theory) -> str:
-    """The derivation's own formula for the letter on the left."""
+def derived_form(equation: Equation, notation: Notation, theory: Theory) -> Expr | None:
+    """The derivation's own formula for the letter on the left; None where no single letter stands there."""
     body = equation.body
     if not isinstance(body, Relation):
-        return ""
+        return None
     head = body.left.fn if isinstance(body.left, Apply) else body.left
     if not isinstance(head, Sym) or notation.quantity(head.name) in (*FIELDS, None):
-        return ""
+        return None
     low = Lowering(equation, notation, theory)
     low.indices = dict.fromkeys(low.free, 0)
     try:
         value = low.scalar(body.left)
     except (UndecidedError, UnfitError):
-        return ""
+        return None
     name = notation.quantity(head.name)
     value = theory.landau.get(str(name), value)
     value = theory.canonical(value) if value.is_atom else theory.restored(value)
-    return "" if value.is_atom else formula(value, notation)
+    return None if value.is_atom else tree(value, notation)
 
 
 def read_back(equation: Equation) -> str:

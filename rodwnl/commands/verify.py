@@ -83,18 +83,21 @@ def _print_ledger(report: "Report") -> None:
 
 
 def _print_details(f: "Finding", report: "Report") -> None:
+    from derivation.paper.typeset import latex
+    from rodwnl.verification import effect_sentence
+
     e = f.row.equation
     said = {
         "printed": e.latex,
         "read as": f.theirs,
         "because": f.row.reason,
-        "derived": f.derived,
+        "derived": latex(f.derived) if f.derived else "",
         "difference": f.difference if f.row.difference else "",
         "edit": f.repair.text
         if f.repair
         else "none of the single edits tried makes it hold" * (f.row.status == "differs"),
         "then": f.repair.latex if f.repair else "",
-        "effect": _effect(report.effects.get(e.label)),
+        "effect": effect_sentence(report.effects.get(e.label)),
         "stage": f.stage,
     }
     print(f"{e.label}, line {e.line}: {f.row.status}")
@@ -102,14 +105,6 @@ def _print_details(f: "Finding", report: "Report") -> None:
         if text:
             print(f"  {name:<11}{text}")
     print()
-
-
-def _effect(effect: object) -> str:
-    """The relative changes of α and β on each rod, in one line."""
-    if not isinstance(effect, dict) or not effect.get("rods"):
-        return str(effect["note"]) if isinstance(effect, dict) else ""
-    rods = (f"{row['row']} α {row['alpha']}, β {row['beta']}" for row in effect["rods"])
-    return "relative change of " + "; ".join(rods)
 
 
 def _print_cells(cells: "tuple[Cell, ...]") -> None:

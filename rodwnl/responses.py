@@ -98,25 +98,32 @@ def _equation(
     frequency_error: float = 0.0,
 ) -> AmplitudeEquation:
     """What the amplitude equation says of the branch of limit cycles."""
-    c, eta = solved.coefficients, solved.third_harmonic
-    parts: Pool = {"third_re": eta.real}
-    for name, symbol in LETTERS.items():
-        if symbol in c:
-            parts |= {f"{name}_re": c[symbol].real, f"{name}_im": c[symbol].imag}
-
-    def derived(name: str) -> float:
-        f: Callable[..., Any] = getattr(kernels, name)
-        return float(f(*(parts[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount])))
+    predicted = derived_from(solved.coefficients, solved.third_harmonic)
 
     def curvature(name: str) -> float | None:
-        return derived(name) if order > 3 else None
+        return float(predicted(name)) if order > 3 else None
 
     return AmplitudeEquation(
-        force, omega, c, errors, eta,
-        derived("tip_amplitude_squared_slope"), curvature("tip_amplitude_squared_curvature"),
-        derived("frequency_slope"), curvature("frequency_curvature"),
+        force, omega, solved.coefficients, errors, solved.third_harmonic,
+        float(predicted("tip_amplitude_squared_slope")), curvature("tip_amplitude_squared_curvature"),
+        float(predicted("frequency_slope")), curvature("frequency_curvature"),
         amplitude_error, frequency_error,
     )  # fmt: skip
+
+
+def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callable[[str], Any]:
+    """The emitted predictions by name, at these coefficients, in whichever numbers they are."""
+    parts: Pool = {"third_re": third_harmonic.real}
+    for name, symbol in LETTERS.items():
+        if symbol in coefficients:
+            c = coefficients[symbol]
+            parts |= {f"{name}_re": c.real, f"{name}_im": c.imag}
+
+    def predicted(name: str) -> Any:
+        f: Callable[..., Any] = getattr(kernels, name)
+        return f(*(parts[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
+
+    return predicted
 
 
 def _change(a: float | None, b: float | None) -> float:

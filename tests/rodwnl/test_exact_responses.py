@@ -1,0 +1,58 @@
+"""Order 5 in closed form: against the quadrature route, and the particular solutions on both kinds of term."""
+
+import mpmath as mp
+import pytest
+
+from rodwnl import InputError, RodParameters, landau
+from rodwnl.exact_responses import _ExactResponses, exact_amplitude_equation
+from rodwnl.responses import amplitude_equation
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return RodParameters("300", "150", "1e-2")
+
+
+@pytest.fixture(scope="module")
+def threshold(rod):
+    return landau(rod)[0]
+
+
+@pytest.fixture(scope="module")
+def solver(rod, threshold):
+    with mp.workdps(30):
+        return _ExactResponses(rod, mp.mpf(threshold.force), mp.mpf(threshold.omega))
+
+
+def test_agrees_with_the_quadrature_route(rod, threshold):
+    exact = exact_amplitude_equation(rod, threshold.force, threshold.omega, 15)
+    near = amplitude_equation(rod, threshold)
+    for name, c in exact.coefficients.items():
+        assert abs(near.coefficients[name] - complex(c)) <= 1e-10 * abs(complex(c)) + near.errors[name]
+    assert near.A_tip2_curvature == pytest.approx(float(exact.A_tip2_curvature), rel=1e-9)
+    assert near.omega_curvature == pytest.approx(float(exact.omega_curvature), rel=1e-9)
+    assert near.third_harmonic == pytest.approx(complex(exact.third_harmonic), rel=1e-9)
+
+
+@pytest.mark.parametrize("harmonic", [1, 3])
+def test_particular_solutions_solve_the_equations(solver, harmonic):
+    """Terms u^p e^{au} with a general exponent, and with one of the homogeneous problem (a resonance)."""
+    with mp.workdps(30):
+        general, root = solver.exponents.key(1, 2), solver.exponents.key(solver.transverse_keys[harmonic][0])
+        f = solver.exponents.field(
+            {general: (mp.mpf(2), mp.mpc(1, 3)), root: (mp.mpf(1), mp.mpf(-2), mp.mpf(3))}
+        )
+        g = solver.exponents.field({root: (mp.mpc(0, 1),), general: (mp.mpf(5),)})
+        lam = harmonic * solver.lam
+        Y, Theta = solver._particular(lam, harmonic, f, g)
+        Y_u, Theta_u = Y.derivative(), Theta.derivative()
+        y = lam * Y - solver.k2 * Y_u.derivative() + solver.mu * Theta_u - f
+        theta = solver.gamma3 * lam * Theta - Theta_u.derivative() - solver.mu * (Y_u - solver.nu * Theta) - g
+        for u in (mp.mpf("0.3"), mp.mpf("0.9")):
+            assert abs(y(u)) < mp.mpf(10) ** -20 * abs(f(u))
+            assert abs(theta(u)) < mp.mpf(10) ** -20 * abs(f(u))
+
+
+def test_digits_outside_the_range_are_refused(rod, threshold):
+    with pytest.raises(InputError, match="digits"):
+        exact_amplitude_equation(rod, threshold.force, threshold.omega, 0)

@@ -109,12 +109,13 @@ class Branch:
 def branch(
     rod: Rod, force: float, omega: float, until: float | None = None,
     window: tuple[float, float] | None = None, most_points: int = MOST_POINTS,
-    watch: Callable[[BranchPoint], None] = lambda point: None,
+    watch: Callable[[BranchPoint], None] = lambda point: None, locate_events: bool = True,
 ) -> Branch:  # fmt: skip
     """The branch from the Hopf point near (force, omega) to its other end.
 
     Or to where it first reaches the force `until`, leaves the window of forces (default: 0 to k1), or has so
     many points. `watch` is called with each point. Raises ComputationError where there is no Hopf point.
+    Without `locate_events` the branch is followed only for where it leads.
     """
     window = window or (0.0, rod.k1)
     begin = onset(rod, force, omega, START)
@@ -140,7 +141,7 @@ def branch(
         if end != "Hopf point":
             points.append(_judged(system, new))
             watch(points[-1])
-            if len(points) > 1:
+            if locate_events and len(points) > 1:
                 events += _events(_judged(system, point), length, points[-1], len(points) - 1)
         point = new
         if last is not None:

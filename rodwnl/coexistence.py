@@ -125,16 +125,15 @@ def all_branches(rod: RodParameters, search: HopfSearch, force: float, watch: Wa
 
 
 def _led_to(rod: Rod, threshold: HopfThreshold, force: float, watch: Watch) -> Orbit | None:
-    """The stable orbit at this force on a branch that leaves its threshold towards it, if there is one."""
+    """The first orbit at this force on the branch of a threshold, if there is one and it is stable."""
     begin = onset(rod, threshold.force, threshold.omega)
     X, tangent = begin.point.X, begin.point.tangent
-    along = (force - X[-2]) / tangent[-2]
-    if along <= 0:
-        return None
-    guess = Cycle(begin.system, X + along * tangent)
+    guess = Cycle(begin.system, X + (force - X[-2]) / tangent[-2] * tangent)
     try:
-        if guess.square > FARTHEST_GUESS:
-            followed = branch(rod, threshold.force, threshold.omega, until=force, watch=watch)
+        if not 0 < guess.square < FARTHEST_GUESS:
+            followed = branch(
+                rod, threshold.force, threshold.omega, until=force, watch=watch, locate_events=False
+            )
             if followed.end != "force asked for":
                 return None
             guess = followed.last

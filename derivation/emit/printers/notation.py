@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from derivation.emit.nodes import (
@@ -30,13 +30,15 @@ class Notation:
     imaginary: str
     times: str = "*"
     quotient: tuple[str, int, int] = ("{}/{}", PRODUCT, POWER)
-    power: str = "{}**{}"
+    power: tuple[str, int] = ("{}**{}", ATOM)
     squares: bool = False
     """Spell a higher power of a name as a product of its squares."""
     conjugate: tuple[str, int] = ("{}.conjugate()", ATOM)
     call: str = "{}({})"
     functions: Mapping[str, str] = field(default_factory=dict)
     brackets: str = "({})"
+    name: Callable[[str], str] = str
+    """How the language spells a name."""
 
 
 def expression(node: Node, notation: Notation) -> str:
@@ -47,7 +49,7 @@ def expression(node: Node, notation: Notation) -> str:
 
     match _in_squares(node, notation):
         case Name(text):
-            return text
+            return notation.name(text)
         case Integer(value):
             return str(value)
         case Imaginary():
@@ -62,7 +64,8 @@ def expression(node: Node, notation: Notation) -> str:
             template, above, below = notation.quotient
             return template.format(part(numerator, above), part(denominator, below))
         case Power(base, exponent):
-            return notation.power.format(part(base, ATOM), exponent)
+            template, place = notation.power
+            return template.format(part(base, place), exponent)
         case Call("conjugate", operand):
             template, place = notation.conjugate
             return template.format(part(operand, place))
@@ -108,13 +111,19 @@ def _in_squares(node: Node, notation: Notation) -> Node:
     return node
 
 
-TEXT = Notation(imaginary="i", times=" ", power="{}^{}", conjugate=("conj({})", SUM))
+def camel_case(name: str) -> str:
+    """Theta_bar_u as thetaBarU: an underscore is a pattern in the Wolfram language, and capitals are its own."""
+    first, *others = name.split("_")
+    return first[:1].lower() + first[1:] + "".join(part[:1].upper() + part[1:] for part in others)
+
+
+TEXT = Notation(imaginary="i", times=" ", power=("{}^{}", ATOM), conjugate=("conj({})", SUM))
 
 LATEX = Notation(
     imaginary=r"\mathrm{i}",
     times=r"\,",
     quotient=(r"\frac{{{}}}{{{}}}", SUM, SUM),
-    power="{{{}}}^{{{}}}",
+    power=("{{{}}}^{{{}}}", ATOM),
     conjugate=(r"\overline{{{}}}", SUM),
     call=r"{}\left({}\right)",
     functions={"sin": r"\sin", "cos": r"\cos", "exp": r"\exp", "sqrt": r"\operatorname{sqrt}"},
@@ -123,3 +132,19 @@ LATEX = Notation(
 
 # On a numpy array x**2 costs what x*x costs, and x**3 costs 3 to 8 times what x**2*x costs.
 PYTHON = Notation(imaginary="1j", call="xp.{}({})", squares=True)
+
+JAX = Notation(imaginary="1j", call="jnp.{}({})", squares=True)
+
+JULIA = Notation(imaginary="im", power=("{}^{}", ATOM), conjugate=("conj({})", SUM))
+
+# C has no powers: a small function of the header multiplies. The functions are those of <tgmath.h>.
+C = Notation(imaginary="I", power=("rodwnl_power({}, {})", SUM), conjugate=("conj({})", SUM))
+
+MATHEMATICA = Notation(
+    imaginary="I",
+    power=("{}^{}", ATOM),
+    conjugate=("Conjugate[{}]", SUM),
+    call="{}[{}]",
+    functions={"sin": "Sin", "cos": "Cos", "exp": "Exp", "sqrt": "Sqrt"},
+    name=camel_case,
+)

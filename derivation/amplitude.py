@@ -31,6 +31,8 @@ class Amplitude:
         amplitude_slope, frequency_slope: d(A_tip^2)/dF and d omega/dF along the branch.
         amplitude_curvature, frequency_curvature: the coefficients of (F - F_c)^2 in A_tip^2 and omega, from
             the amplitude equation at order 5 and the tip's third harmonic.
+        fold_polynomial: (c2, c1, c0) of c2 d^2 + c1 d + c0 = 0 for the detuning d of a fold of the branch.
+        fold_modulus_squared: R^2 there.
     """
 
     ring: JetRing
@@ -45,6 +47,8 @@ class Amplitude:
     frequency_slope: Expr
     amplitude_curvature: Expr
     frequency_curvature: Expr
+    fold_polynomial: tuple[Expr, Expr, Expr]
+    fold_modulus_squared: Expr
 
 
 def amplitude_equations() -> Amplitude:
@@ -88,7 +92,37 @@ def amplitude_equations() -> Amplitude:
         frequency_slope=slope,
         amplitude_curvature=curvatures[0],
         frequency_curvature=curvatures[1],
+        fold_polynomial=_fold_polynomial(),
+        fold_modulus_squared=_fold_modulus_squared(),
     )
+
+
+def _growth() -> tuple[JetRing, PolyElement]:
+    """Re (dA/dt)/A = (Re beta + Re beta2 d) d + (Re alpha + Re alpha' d) s + Re alpha5 s^2 with s = R^2."""
+    ring = jet_ring(["s", "d", "alpha_re", "alpha1_re", "alpha5_re", "beta_re", "beta2_re"])
+    s, d = ring["s"], ring["d"]
+    linear = ring["beta_re"] * d + ring["beta2_re"] * d**2
+    return ring, linear + (ring["alpha_re"] + ring["alpha1_re"] * d) * s + ring["alpha5_re"] * s**2
+
+
+def _fold_modulus_squared() -> Expr:
+    """At a fold d(growth)/ds = 0, which is linear in s."""
+    ring, growth = _growth()
+    s = ring["s"]
+    slope = growth.diff(s)
+    rest = ring.coefficient(slope, ring.one, [s]).as_expr()
+    root = -rest / ring.coefficient(slope, s, [s]).as_expr()
+    return root.subs(symbol("d"), symbol("detuning"))
+
+
+def _fold_polynomial() -> tuple[Expr, Expr, Expr]:
+    """growth = 0 = d(growth)/ds: the discriminant of the growth, a quadratic in s, vanishes."""
+    ring, growth = _growth()
+    s, d = ring["s"], ring["d"]
+    c2, c1, c0 = (ring.coefficient(growth, s**k, [s]) for k in (2, 1, 0))
+    discriminant = c1**2 - 4 * c2 * c0
+    a, b, c = (ring.coefficient(discriminant, d**k, [d]).as_expr() for k in (2, 1, 0))
+    return a, b, c
 
 
 def _curvatures(a1: Expr) -> tuple[Expr, Expr]:

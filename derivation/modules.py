@@ -459,9 +459,22 @@ def _predictions(d: Derivation) -> Module:
             "eq:tipfrequency",
             a.frequency_curvature,
         ),
+        (
+            "fold_modulus_squared",
+            "R^2 at a fold of the branch; negative where there is none.",
+            "eq:radial_amplitude",
+            a.fold_modulus_squared,
+        ),
+    )
+    fold = Function(
+        "fold_polynomial",
+        "Coefficients (c2, c1, c0) of c2 d^2 + c1 d + c0 = 0 for the detuning d of a fold of the branch.",
+        ("eq:radial_amplitude",),
+        arguments,
+        tuple(zip(("c2", "c1", "c0"), a.fold_polynomial, strict=True)),
     )
     return Module(
         "predictions",
         "The Stuart-Landau equation in polar form and what it predicts near the threshold.",
-        tuple(Function(name, doc, (label,), arguments, ((name, e),)) for name, doc, label, e in rows),
+        (*(Function(name, doc, (label,), arguments, ((name, e),)) for name, doc, label, e in rows), fold),
     )

@@ -31,7 +31,7 @@ ATTEMPTS = 4  # how often the working precision is raised before giving up
 
 @dataclass(frozen=True)
 class ExactAmplitudeEquation:
-    """What `responses.AmplitudeEquation` holds; each number (of complex ones: each part) to `digits` digits."""
+    """What `responses.AmplitudeEquation` holds, each number (or part of one) to `digits` digits."""
 
     force: Scalar
     omega: Scalar
@@ -91,7 +91,7 @@ def _evaluate(
 
 
 class _ExactResponses:
-    """Solves response after response; what is known is kept by name, as fields and by its values at the tip."""
+    """Solves response after response; what is known is kept by name, as fields and as values at the tip."""
 
     def __init__(self, rod: RodParameters, force: Scalar, omega: Scalar) -> None:
         numbers = MpNumbers()

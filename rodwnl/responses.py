@@ -40,6 +40,14 @@ MORE_NODES = 16  # what the solution on `nodes_at` nodes is compared with
 
 
 @dataclass(frozen=True)
+class Fold:
+    """Where the branch turns around by the amplitude equation of order 5: good near a Bautin point."""
+
+    force: float
+    A_tip: float
+
+
+@dataclass(frozen=True)
 class AmplitudeEquation:
     """dA/dt = (β1 δ + β2 δ²) A + (α + α' δ)|A|²A + α5 |A|⁴A at one threshold, and what follows from it.
 
@@ -48,7 +56,7 @@ class AmplitudeEquation:
     moves by 2 Re(A e^{iωt} + third_harmonic A³ e^{3iωt} + …).
     A_tip2_slope, A_tip2_curvature, omega_slope, omega_curvature: A_tip² = slope δ + curvature δ² + …, ω − ω_c
     likewise, along the branch of limit cycles (curvatures: None at order 3); A_tip is half the peak-to-peak
-    displacement of the tip.
+    displacement of the tip. fold: None where the branch does not turn, and at order 3.
     """
 
     force: float
@@ -62,6 +70,7 @@ class AmplitudeEquation:
     omega_curvature: float | None
     A_tip2_curvature_error: float
     omega_curvature_error: float
+    fold: Fold | None
 
 
 def amplitude_equation(
@@ -107,11 +116,27 @@ def _equation(
         force, omega, solved.coefficients, errors, solved.third_harmonic,
         float(predicted("tip_amplitude_squared_slope")), curvature("tip_amplitude_squared_curvature"),
         float(predicted("frequency_slope")), curvature("frequency_curvature"),
-        amplitude_error, frequency_error,
+        amplitude_error, frequency_error, _fold(force, solved) if order > 3 else None,
     )  # fmt: skip
 
 
-def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callable[[str], Any]:
+def _fold(force: float, solved: _Solved) -> Fold | None:
+    """The root of the fold's quadratic that tends to 0 with Re α, if R² > 0 there."""
+    predicted = derived_from(solved.coefficients, solved.third_harmonic)
+    c2, c1, c0 = predicted("fold_polynomial")
+    discriminant = c1**2 - 4 * c2 * c0
+    if discriminant < 0:
+        return None
+    detuning = -2 * c0 / (c1 + np.copysign(np.sqrt(discriminant), c1))
+    squared = predicted("fold_modulus_squared", detuning=detuning)
+    if not squared > 0:
+        return None
+    R = np.sqrt(squared)
+    # The tip is farthest out at phase 0 to this order: 2R + 2 Re Y300(1) R³.
+    return Fold(float(force + detuning), float(2 * R + 2 * solved.third_harmonic.real * R**3))
+
+
+def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callable[..., Any]:
     """The emitted predictions by name, at these coefficients, in whichever numbers they are."""
     parts: Pool = {"third_re": third_harmonic.real}
     for name, symbol in LETTERS.items():
@@ -119,9 +144,10 @@ def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callab
             c = coefficients[symbol]
             parts |= {f"{name}_re": c.real, f"{name}_im": c.imag}
 
-    def predicted(name: str) -> Any:
+    def predicted(name: str, **more: Any) -> Any:
         f: Callable[..., Any] = getattr(kernels, name)
-        return f(*(parts[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
+        known = {**parts, **more}
+        return f(*(known[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
 
     return predicted
 

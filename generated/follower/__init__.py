@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "5dae47ca134025f7a32b1c82ad3deb0d4e2e1aa752f848b8fc3f936438e83681"
+FINGERPRINT = "8a4557e9aab889eb1efefe5596e32a03df8c3230973997200214dcc91a9e5422"

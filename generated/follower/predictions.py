@@ -165,3 +165,36 @@ def frequency_curvature(alpha_re, alpha_im, beta_re, alpha1_re, alpha1_im, alpha
         beta2_im + alpha5_im*t0 - alpha1_im*beta_re*t1
         + alpha_im*t1*(alpha1_re*beta_re*t1 - beta2_re - alpha5_re*t0)
     )
+
+
+def fold_modulus_squared(detuning, alpha_re, alpha1_re, alpha5_re):
+    """R^2 at a fold of the branch; negative where there is none.
+
+    detuning (...): force - critical force
+    alpha_re (...): real part of alpha
+    alpha1_re (...): real part of alpha' = c211, the coefficient of delta |A|^2 A
+    alpha5_re (...): real part of alpha5 = c320, the coefficient of |A|^4 A
+    Returns fold_modulus_squared.
+    Paper: eq:radial_amplitude.
+    Operations: 1 addition, 2 multiplications, 1 division.
+    """
+    return -(alpha_re + alpha1_re*detuning)/(2*alpha5_re)
+
+
+def fold_polynomial(alpha_re, beta_re, alpha1_re, alpha5_re, beta2_re):
+    """Coefficients (c2, c1, c0) of c2 d^2 + c1 d + c0 = 0 for the detuning d of a fold of the branch.
+
+    alpha_re (...): real part of alpha
+    beta_re (...): real part of beta
+    alpha1_re (...): real part of alpha' = c211, the coefficient of delta |A|^2 A
+    alpha5_re (...): real part of alpha5 = c320, the coefficient of |A|^4 A
+    beta2_re (...): real part of beta2 = c102, the coefficient of delta^2 A
+    Returns c2, c1, c0.
+    Paper: eq:radial_amplitude.
+    Operations: 2 additions, 7 multiplications.
+    """
+    t0 = 4*alpha5_re
+    c2 = alpha1_re**2 - beta2_re*t0
+    c1 = 2*alpha1_re*alpha_re - beta_re*t0
+    c0 = alpha_re**2
+    return c2, c1, c0

@@ -1,4 +1,4 @@
-"""Order 5 in closed form: against the quadrature route, and the particular solutions on both kinds of term."""
+"""Order 5 in closed form: against the quadrature route, and its particular solutions term by term."""
 
 import mpmath as mp
 import pytest

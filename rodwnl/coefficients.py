@@ -8,16 +8,18 @@ by 2|A| cos(ωt + …).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from rodwnl import kernels
+from rodwnl.errors import InputError
 from rodwnl.inverse import Complex, Floats, Real
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
-from rodwnl.parameters import Number, RodParameters
+from rodwnl.parameters import PLAIN, Number, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.spectrum import EPS, HopfSearch, HopfThreshold, finite, hopf_thresholds
 
@@ -30,11 +32,11 @@ ROUNDING = 32  # rounding errors of an integrand, in units of EPS
 class LandauCoefficients:
     """α and β at one Hopf threshold.
 
-    alpha, beta: of dA/dT = α|A|²A + βΔA, F = F_c + ε²Δ. alpha_parts, beta_parts: what (g1, g3) and (g2,
-    g4) contribute. A_tip2_slope, omega_slope: d(A_tip²)/dF and dω/dF along the branch of limit cycles at
-    onset, which do not depend on how the mode is normalised. *_error: estimates of the absolute error.
-    residuals: of the mode, the adjoint and the second-order fields, and |β − dλ/dF|/|β| with dλ/dF from
-    the spectrum.
+    alpha, beta: of dA/dT = α|A|²A + βΔA, F = F_c + ε²Δ. alpha_parts, beta_parts: what the y and the θ row
+    contribute; of the plain rod what (g1, g3) and (g2, g4) do. A_tip2_slope, omega_slope: d(A_tip²)/dF and
+    dω/dF along the branch of limit cycles at onset, which do not depend on how the mode is normalised.
+    *_error: estimates of the absolute error. residuals: of the mode, the adjoint and the second-order
+    fields, and |β − dλ/dF|/|β| with dλ/dF from the spectrum.
     """
 
     threshold: HopfThreshold
@@ -117,13 +119,21 @@ def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
 
 
 def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficients:
-    """The coefficients at one threshold of this rod, also at one of `HopfSearch.later`."""
-    parameters, force, omega = rod.floats(), threshold.force, threshold.omega
-    nodes = nodes_at(parameters, force, omega)
-    parts, scale, residuals = _evaluate(parameters, force, omega, nodes)
+    """The coefficients at one threshold of this rod, also at one of `HopfSearch.later`.
+
+    Raises InputError at a steady one: its amplitude equation is real and has other coefficients.
+    """
+    if threshold.steady:
+        raise InputError(
+            f"at force = {threshold.force:.10g} the rod buckles (a real eigenvalue crosses): there is no "
+            f"frequency, and the coefficients of an oscillation do not apply"
+        )
+    force, omega = threshold.force, threshold.omega
+    nodes, evaluate = _route(rod, force, omega)
+    parts, scale, residuals = evaluate(force, omega, nodes)
 
     def change(force: float, omega: float, nodes: Nodes) -> Real:
-        return np.asarray(abs((_evaluate(parameters, force, omega, nodes)[0] - parts).sum(axis=1)))
+        return np.asarray(abs((evaluate(force, omega, nodes)[0] - parts).sum(axis=1)))
 
     # What the quadrature, the rounding of the integrands and the error of (F, ω) do to α and to β.
     alpha_error, beta_error = (
@@ -152,9 +162,20 @@ def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficient
     )  # fmt: skip
 
 
-def _evaluate(
-    parameters: Floats, force: float, omega: float, nodes: Nodes
-) -> tuple[Complex, Real, dict[str, float]]:
+Evaluation = tuple[Complex, Real, dict[str, float]]
+
+
+def _route(rod: RodParameters, force: float, omega: float) -> tuple[Nodes, Callable[..., Evaluation]]:
+    """Nodes for this threshold, and what evaluates the coefficients of this rod at (F, ω, nodes)."""
+    if rod.model == PLAIN:
+        parameters = rod.floats()
+        return nodes_at(parameters, force, omega), partial(_evaluate, parameters)
+    from rodwnl import expansion, thresholds  # SciPy, which the plain rod does not need
+
+    return thresholds.nodes_at(rod, force, omega), partial(expansion.evaluate, rod)
+
+
+def _evaluate(parameters: Floats, force: float, omega: float, nodes: Nodes) -> Evaluation:
     """((α by g1, by g3), (β by g2, by g4)), (2, 2); the same sums of absolute values, (2,); residuals."""
     k1, k2, gamma3, gamma1 = parameters
     lam = 1j * omega

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import re
+import sys
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import FunctionType, SimpleNamespace
 from typing import Any
@@ -36,15 +37,40 @@ def __getattr__(name: str) -> Any:
 
 @cache
 def load(model: str) -> SimpleNamespace:
-    """All emitted functions of a rod by name.
+    """All emitted functions of a rod by name; `model` is the name of a rod in `generated`, or the path of a
+    folder that holds an emitted rod.
 
     Raises InputError where they are missing, a stranger's, changed by hand or half written.
     """
-    folder = location() / model
-    _verify(folder)
-    modules = [import_module(f"{PACKAGE}.{model}.{path.stem}") for path in _modules(folder)]
+    folder, package = _package(model)
+    modules = [import_module(f"{package}.{path.stem}") for path in _modules(folder)]
     members = {name: value for module in modules for name, value in vars(module).items()}
     return SimpleNamespace(**{name: f for name, f in members.items() if isinstance(f, FunctionType)})
+
+
+def own_parameters(model: str) -> dict[str, str]:
+    """The parameters that this rod has beyond k1, k2, gamma3 and gamma1, with their defaults as texts."""
+    _, package = _package(model)
+    return dict(getattr(import_module(package), "PARAMETERS", {}))
+
+
+def _package(model: str) -> tuple[Path, str]:
+    """The folder of a rod and the name under which Python imports it, both known to be the derivation's."""
+    if Path(model).name == model:
+        folder = location() / model
+        _verify(folder)
+        return folder, f"{PACKAGE}.{model}"
+    folder = Path(model)
+    fingerprint = _verify(folder)
+    # A name of its own, so that rods from different folders do not meet in Python's table of modules.
+    name = f"rodwnl_emitted_{fingerprint[:32]}"
+    if name not in sys.modules:
+        spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
+        if spec is None or spec.loader is None:
+            raise InputError(f"{folder} cannot be imported: {REMEDY}")
+        sys.modules[name] = module = module_from_spec(spec)
+        spec.loader.exec_module(module)
+    return folder, name
 
 
 def location() -> Path:
@@ -88,8 +114,8 @@ def source_folder() -> Path:
     return folder
 
 
-def _verify(folder: Path) -> None:
-    """The rod's texts against the fingerprint that stands beside them."""
+def _verify(folder: Path) -> str:
+    """The rod's texts against the fingerprint that stands beside them, which is returned."""
     init = _text(folder / "__init__.py")
     if not init:
         known = sorted(path.parent.name for path in folder.parent.glob("*/__init__.py"))
@@ -99,6 +125,7 @@ def _verify(folder: Path) -> None:
         digest.update(f"{path.name}\0{_text(path)}\0".encode())
     if re.findall(r'^FINGERPRINT = "(.*)"$', init, re.MULTILINE) != [digest.hexdigest()]:
         raise InputError(f"{folder} is not what the derivation wrote (its fingerprint differs): {REMEDY}")
+    return digest.hexdigest()
 
 
 def _modules(folder: Path) -> list[Path]:

@@ -1,7 +1,7 @@
 """The shipped rods written by hand for the independent route (`normalform`): what confirms the derivation.
 
-Each is a `RodLaw` in the rod's own parameters, lengths in L, times in γ2 L⁴/k3, forces in k3/L² (γ2 = k3 = 1).
-Neither the derivation nor what it emits is used.
+Each is a `RodLaw` in the rod's own parameters, lengths in L, times in γ2 L⁴/k3, forces in k3/L² (γ2 = k3 =
+1). Neither the derivation nor what it emits is used.
 """
 
 from __future__ import annotations

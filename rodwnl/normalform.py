@@ -1,8 +1,8 @@
 """α and β of a rod by an independent route: the discretised full rod, differentiated exactly.
 
 Nothing of the expansion is used. The rod in its strains, E w_t = R(w, F) (`strainform`, where w now holds the
-strains at the tip too), is linearised at the straight state; its critical eigenvectors and the exact second and third derivatives of R give the
-coefficients of
+strains at the tip too), is linearised at the straight state; its critical eigenvectors and the exact second
+and third derivatives of R give the coefficients of
 
     dA/dt = α |A|² A + β (F − F_c) A
 
@@ -35,9 +35,9 @@ class NormalForm:
     """A Hopf point of the discretised rod; lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
     mode, adjoint (3(N+1) + 3,): right and left eigenvectors (slopes of h1, h2, Π at the nodes, then their
-    values at the tip), tip displacement of the mode 1, adjoint*·E·mode = 1. residual: of the eigenproblem, relative to its largest
-    row. tail: the mode's two last Chebyshev coefficients relative to its largest; where it is not small N
-    is too low.
+    values at the tip), tip displacement of the mode 1, adjoint*·E·mode = 1. residual: of the eigenproblem,
+    relative to its largest row. tail: the mode's two last Chebyshev coefficients relative to its largest;
+    where it is not small N is too low.
     """
 
     force: float

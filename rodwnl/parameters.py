@@ -5,11 +5,15 @@ k1 = k₁L²/k₃, k2 = k₂L²/k₃, gamma1 = γ₁/γ₂, gamma3 = γ₃/(γ�
 """
 
 import numbers
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 
+from rodwnl import kernels
 from rodwnl.errors import InputError
+
+PLAIN = kernels.DEFAULT
 
 Number = str | int | float | Fraction | Decimal
 
@@ -32,9 +36,12 @@ class Scales:
 class RodParameters:
     """Dimensionless stretch and shear stiffness, rotational and axial drag of one rod.
 
+    model: the name of an emitted rod, or the folder that holds one; own: the values of the parameters that
+    only this model has, by name in the model's order, given as further keyword arguments.
+
     Every value may be an int, a float, a Fraction, a Decimal or a text ("1e4", "1/2"); a float stands for
     the decimal number it prints as, so 2e-4 is exactly 1/5000. Raises InputError for anything that is not a
-    finite positive number.
+    finite number, for one of the four that is not positive, and for parameters that the model does not have.
     """
 
     k1: Fraction
@@ -42,21 +49,44 @@ class RodParameters:
     gamma3: Fraction
     gamma1: Fraction
     scales: Scales | None
+    model: str
+    own: tuple[tuple[str, Fraction], ...]
 
     def __init__(
-        self, k1: Number, k2: Number, gamma3: Number, gamma1: Number = "1/2", *, scales: Scales | None = None
+        self,
+        k1: Number,
+        k2: Number,
+        gamma3: Number,
+        gamma1: Number = "1/2",
+        *,
+        scales: Scales | None = None,
+        model: str = PLAIN,
+        **own: Number,
     ) -> None:
         for name, value in {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}.items():
             object.__setattr__(self, name, positive(name, value))
         object.__setattr__(self, "scales", scales)
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "own", own_values(model, own))
 
     @classmethod
     def from_physical(
-        cls, L: Number, k1: Number, k2: Number, k3: Number, gamma1: Number, gamma2: Number, gamma3: Number
+        cls,
+        L: Number,
+        k1: Number,
+        k2: Number,
+        k3: Number,
+        gamma1: Number,
+        gamma2: Number,
+        gamma3: Number,
+        *,
+        model: str = PLAIN,
+        **own: Number,
     ) -> "RodParameters":
         """A rod in SI units: L (m), k1 and k2 (N), k3 (N m²), drags gamma1, gamma2 (N s/m²), gamma3 (N s).
 
-        The scales are kept, so that results can be given in SI units.
+        A model's own parameters stay dimensionless. The scales are kept, so that results can be given in SI
+        units.
         """
         given = {"L": L, "k1": k1, "k2": k2, "k3": k3, "gamma1": gamma1, "gamma2": gamma2, "gamma3": gamma3}
         p = {name: positive(name, value) for name, value in given.items()}
@@ -68,19 +98,47 @@ class RodParameters:
             gamma3=p["gamma3"] / (p["gamma2"] * length**2),
             gamma1=p["gamma1"] / p["gamma2"],
             scales=scales,
+            model=model,
+            **own,
         )
 
     def floats(self) -> tuple[float, float, float, float]:
-        """(k1, k2, gamma3, gamma1), each rounded to the nearest double."""
+        """(k1, k2, gamma3, gamma1) of the plain rod, each rounded to the nearest double.
+
+        Raises InputError for another rod: those who ask would take it for the plain one.
+        """
+        self.require_plain("this computation")
         return float(self.k1), float(self.k2), float(self.gamma3), float(self.gamma1)
 
     def texts(self) -> dict[str, str]:
-        """The four values by name, as exact decimal text where they have one, else as a fraction."""
-        return {name: decimal_text(getattr(self, name)) for name in ("k1", "k2", "gamma3", "gamma1")}
+        """All values by name, as exact decimal text where they have one, else as a fraction."""
+        basic = {name: getattr(self, name) for name in ("k1", "k2", "gamma3", "gamma1")}
+        return {name: decimal_text(value) for name, value in (basic | dict(self.own)).items()}
+
+    def require_plain(self, what: str) -> None:
+        """InputError unless this is the plain rod: `what` is written for that one alone."""
+        if self.model != PLAIN:
+            raise InputError(
+                f"{what} is made for the rod {PLAIN!r} (constant coefficients, modes known in closed form), "
+                f"not for {self.model_name!r}; `hopf`, `landau` and `predict` take any rod"
+            )
+
+    @property
+    def model_name(self) -> str:
+        """The model's name without the folder it may stand in."""
+        return self.model.replace("\\", "/").rstrip("/").rpartition("/")[2]
 
     def checked_force(self, value: Number, name: str = "force") -> Fraction:
-        """The exact follower force; the base state needs 0 <= F < k1, so that ν = 1 - F/k1 > 0."""
+        """The exact follower force; the base state needs 0 <= F < k1, so that ν = 1 - F/k1 > 0.
+
+        Of another rod than the plain one only F >= 0 is asked for here; where its straight state ends is
+        known to `straightrod`.
+        """
         force = exact(name, value)
+        if self.model != PLAIN:
+            if force < 0:
+                raise InputError(f"{name} is {shown(value)}, but it must not be negative")
+            return force
         if not 0 <= force < self.k1:
             raise InputError(
                 f"{name} is {shown(value)}, but the straight rod exists only for 0 <= force < k1 = "
@@ -89,7 +147,17 @@ class RodParameters:
         return force
 
     def __repr__(self) -> str:
-        return f"RodParameters({', '.join(f'{name}={text}' for name, text in self.texts().items())})"
+        model = "" if self.model == PLAIN else f", model={self.model!r}"
+        return f"RodParameters({', '.join(f'{name}={text}' for name, text in self.texts().items())}{model})"
+
+
+def own_values(model: str, given: Mapping[str, Number]) -> tuple[tuple[str, Fraction], ...]:
+    """What was given for the parameters that a model has of its own, else their defaults, in its order."""
+    known = {} if model == PLAIN else kernels.own_parameters(model)
+    if strange := [name for name in given if name not in known]:
+        has = f"its own are {', '.join(known)}" if known else "it has none beside k1, k2, gamma3 and gamma1"
+        raise InputError(f"rod {model!r} has no parameter {shown(strange[0])}; {has}")
+    return tuple((name, exact(name, given.get(name, default))) for name, default in known.items())
 
 
 def exact(name: str, value: object) -> Fraction:

@@ -2,8 +2,8 @@
 
 Seen by the inverse operator (rodwnl/inverse.py): λ(F) and dλ/dF of the leading eigenvalues, on a grid in
 the force that is bisected until nothing is left undecided. Made exact by the characteristic function
-(rodwnl/characteristic.py): Newton's method for D(F, iω) = 0. Lengths in L, times in γ2 L⁴/k3, forces in
-k3/L².
+(rodwnl/characteristic.py): Newton's method for D(F, iω) = 0. For rods other than the plain one both are done
+by spectral integration (rodwnl/collocated.py). Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rodwnl.characteristic import characteristic, characteristic_slopes
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import KEPT, Complex, Floats, Real, leading_eigenvalues, unstable_count
-from rodwnl.parameters import Number, RodParameters, exact, shown
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, shown
 
 Crossing = tuple[float, float, float, float]  # low, high: the interval that holds it alone; about F, ω
 
@@ -37,11 +37,12 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class HopfThreshold:
-    """One crossing of the imaginary axis by a pair λ = ±iω of eigenvalues.
+    """One crossing of the imaginary axis by a pair λ = ±iω of eigenvalues, or at ω = 0 by a real one.
 
-    force, omega: F_c and ω_c > 0. slope: dλ/dF there, from the characteristic function. unstable_below,
-    unstable_above: numbers of eigenvalues with Re λ > 0 just below and above. residual: |D/(λ D_λ)|, the
-    relative distance of iω from the exact zero. force_error, omega_error: estimated absolute errors.
+    force, omega: F_c and ω_c >= 0. slope: dλ/dF there. unstable_below, unstable_above: numbers of
+    eigenvalues with Re λ > 0 just below and above. residual: |D/(λ D_λ)|, the relative distance of iω from
+    the exact zero (of a steady crossing: the distance in F, relative). force_error, omega_error: estimated
+    absolute errors.
     """
 
     force: float
@@ -63,15 +64,21 @@ class HopfThreshold:
         """Whether it is the leading eigenvalue that crosses: the straight rod is stable on one side."""
         return min(self.unstable_below, self.unstable_above) == 0
 
+    @property
+    def steady(self) -> bool:
+        """Whether the rod buckles here and does not flutter: a real eigenvalue crosses, ω = 0."""
+        return self.omega == 0
+
 
 @dataclass(frozen=True)
 class HopfSearch:
     """What was found for one rod in 0 <= F <= max_force. Iterates over `thresholds`.
 
-    thresholds: crossings by the leading eigenvalue, by increasing force. later: crossings by other
-    eigenvalues, None if they were not asked for. range_cut: whether the range asked for was cut at ν = 0
-    (F = k1). growth, growth_force: the largest Re λ met and where; of the whole range if it is negative.
-    evaluations: forces at which the scan computed the spectrum.
+    thresholds: crossings by a leading pair of eigenvalues, by increasing force. later: crossings by other
+    eigenvalues, None if they were not asked for. range_cut: whether the range asked for was cut where the
+    straight rod ends (of the plain rod at ν = 0, F = k1). growth, growth_force: the largest Re λ met and
+    where; of the whole range if it is negative. evaluations: forces at which the scan computed the spectrum.
+    steady: crossings by a leading real eigenvalue.
     """
 
     rod: RodParameters
@@ -82,6 +89,7 @@ class HopfSearch:
     growth: float
     growth_force: float
     evaluations: int
+    steady: tuple[HopfThreshold, ...] = ()
 
     def __iter__(self) -> Iterator[HopfThreshold]:
         return iter(self.thresholds)
@@ -107,28 +115,66 @@ def hopf_thresholds(
     (Where one eigenvalue is clearly unstable on the whole interval, that is enough.) A window is missed
     only inside an interval on which the interpolant is right at the midpoint and wrong elsewhere by more
     than that. Besides, the thresholds must agree with the numbers of unstable eigenvalues beside them,
-    counted with a finer operator. Steady crossings do not exist (`inverse_operator`).
+    counted with a finer operator. Steady crossings do not exist for the plain rod (`inverse_operator`).
 
     Raises InputError for a negative max_force; ComputationError where an eigenvalue touches the axis so
     closely that double precision cannot decide, where a count contradicts the crossings, or where a
     parameter is beyond the range of double precision.
     """
     upper, cut = _searched_range(rod, max_force)
-    parameters = rod.floats()
+    route = _route(rod)
     with finite():
-        seen, crossings = scan(parameters, float(upper), all_crossings)
-        found = sorted((_newton(parameters, *crossing) for crossing in crossings), key=lambda t: t.force)
-        counted = _counted(parameters, found, float(upper), all_crossings)
-        growth, growth_force = _highest(parameters, seen, rounds=0 if counted else 3)
+        seen, crossings = scan(route, float(upper), all_crossings)
+        found = sorted((route.threshold(*crossing) for crossing in crossings), key=lambda t: t.force)
+        counted = _counted(route, found, float(upper), all_crossings)
+        growth, growth_force = _highest(route, seen, rounds=0 if counted else 3)
     if not counted and growth > 0:
         raise ComputationError(undecided(growth_force))
     return HopfSearch(
         rod, upper, cut,
-        thresholds=tuple(t for t in counted if t.leading),
+        thresholds=tuple(t for t in counted if t.leading and not t.steady),
         later=tuple(t for t in counted if not t.leading) if all_crossings else None,
         growth=growth, growth_force=growth_force,
         evaluations=len(seen.force),
+        steady=tuple(t for t in counted if t.leading and t.steady),
     )  # fmt: skip
+
+
+class Route(Protocol):
+    """How the spectrum of a kind of rod is computed."""
+
+    def leading(self, force: Real, kept: int) -> tuple[Complex, Complex]:
+        """The `kept` eigenvalues λ of least modulus and dλ/dF, (n, kept) each, for forces (n,)."""
+
+    def unstable(self, force: float) -> int:
+        """The number of eigenvalues with Re λ > 0, computed more finely."""
+
+    def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
+        """The one crossing in [low, high], near this force and frequency; not yet counted (-1)."""
+
+
+@dataclass(frozen=True)
+class Exponentials:
+    """The plain rod: inverse operator and characteristic function."""
+
+    parameters: Floats
+
+    def leading(self, force: Real, kept: int) -> tuple[Complex, Complex]:
+        return leading_eigenvalues(self.parameters, force, kept)
+
+    def unstable(self, force: float) -> int:
+        return unstable_count(self.parameters, force)
+
+    def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
+        return _newton(self.parameters, low, high, force, omega)
+
+
+def _route(rod: RodParameters) -> Route:
+    if rod.model == PLAIN:
+        return Exponentials(rod.floats())
+    from rodwnl.thresholds import Collocation  # SciPy, which the plain rod does not need
+
+    return Collocation(rod)
 
 
 @contextmanager
@@ -145,6 +191,11 @@ def finite() -> Iterator[None]:
 
 
 def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+    if rod.model != PLAIN:
+        from rodwnl.straightrod import largest_force
+
+        asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)
+        return largest_force(rod, rod.checked_force(asked, "max_force"))
     if max_force is None:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", max_force)
@@ -173,12 +224,12 @@ class Samples:
         )
 
 
-def scan(parameters: Floats, upper: float, all_crossings: bool = False) -> tuple[Samples, list[Crossing]]:
+def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Samples, list[Crossing]]:
     """All samples taken and all crossings seen; open intervals are bisected together until none is left."""
     kept = KEPT_FOR_ALL if all_crossings else KEPT
 
     def sampled(force: Real) -> Samples:
-        return Samples(force, *leading_eigenvalues(parameters, force, kept))
+        return Samples(force, *route.leading(force, kept))
 
     seen = sampled(np.linspace(0.0, upper, FIRST_INTERVALS + 1))
     left, right = seen[:-1], seen[1:]
@@ -227,7 +278,7 @@ def _decide(
         known &= above | below | even
         unstable &= above
         change += np.sum(np.where(crosses, np.sign(rise[0]), 0), axis=1)
-        crossings.append((half, start, crosses & (middle.eigenvalue.imag > 0)))
+        crossings.append((half, start, crosses & (middle.eigenvalue.imag >= 0)))
     decided = known.all(axis=1) & (_unstable(right) - _unstable(left) == change)
     throughout = unstable.any(axis=1) & (not all_crossings)
     return decided | throughout, [
@@ -270,16 +321,14 @@ def _unstable(samples: Samples) -> NDArray[np.int_]:
     return np.asarray(np.sum(samples.eigenvalue.real > 0, axis=-1))
 
 
-def _highest(parameters: Floats, seen: Samples, rounds: int) -> tuple[float, float]:
+def _highest(route: Route, seen: Samples, rounds: int) -> tuple[float, float]:
     """The largest Re λ and its force; each round looks more closely around the highest sample."""
     for _ in range(rounds):
         order = np.argsort(seen.force)
         force = seen.force[order]
         at = int(np.argmax(seen.eigenvalue.real.max(axis=1)[order]))
         between = np.linspace(force[max(at - 1, 0)], force[min(at + 1, len(force) - 1)], 7)[1:-1]
-        seen = seen.followed_by(
-            Samples(between, *leading_eigenvalues(parameters, between, seen.slope.shape[1]))
-        )
+        seen = seen.followed_by(Samples(between, *route.leading(between, seen.slope.shape[1])))
     growth = seen.eigenvalue.real.max(axis=1)
     return float(growth.max()), float(seen.force[np.argmax(growth)])
 
@@ -312,24 +361,24 @@ def _newton(parameters: Floats, low: float, high: float, force: float, omega: fl
 
 
 def _counted(
-    parameters: Floats, found: list[HopfThreshold], upper: float, all_crossings: bool
+    route: Route, found: list[HopfThreshold], upper: float, all_crossings: bool
 ) -> list[HopfThreshold]:
     """The thresholds with the numbers of unstable eigenvalues beside them, which must be consistent."""
     forces = [0.0, *(t.force for t in found), upper]
     counted, before = [], 0  # at F = 0 the operator is self-adjoint and negative
     for threshold, low, high in zip(found, forces, forces[2:], strict=False):
         force = threshold.force
-        below = unstable_count(parameters, force - min(BESIDE * force, (force - low) / 2))
-        above = unstable_count(parameters, force + min(BESIDE * force, (high - force) / 2))
+        below = route.unstable(force - min(BESIDE * force, (force - low) / 2))
+        above = route.unstable(force + min(BESIDE * force, (high - force) / 2))
         _require_same(before, below, force, all_crossings)
-        if above - below != 2 * np.sign(threshold.slope.real):
+        if above - below != (1 if threshold.steady else 2) * np.sign(threshold.slope.real):
             raise ComputationError(
                 f"at F = {force:.10g} the number of unstable eigenvalues goes from {below} to {above}, which "
                 f"does not agree with dλ/dF = {threshold.slope:.6g}; compute this rod with more digits"
             )
         counted.append(replace(threshold, unstable_below=below, unstable_above=above))
         before = above
-    _require_same(before, unstable_count(parameters, upper), upper, all_crossings)
+    _require_same(before, route.unstable(upper), upper, all_crossings)
     return counted
 
 

@@ -1,0 +1,146 @@
+"""Any emitted rod, straight under one force: its emitted functions, called with what they need.
+
+The functions of one rod take other arguments than those of another (a stiffness of its own, the stretch ν
+where the axial balance cannot be solved for it, the place u under a distributed load), so they are called by
+name. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from rodwnl import kernels
+from rodwnl.errors import InputError
+from rodwnl.parameters import RodParameters
+
+MOST_STEPS = 60
+SETTLED = 1e-15  # Newton step of ν after which only round-off is left
+LEAST_STRETCH = 1e-3  # to which the search for thresholds goes: drag that follows the metric vanishes with ν
+ENDS = np.array([0.0, 1.0])  # what varies along the rod is monotonic: extremes are at its ends
+
+
+@dataclass(frozen=True)
+class StraightRod:
+    """A rod compressed straight. Calling it with the name of an emitted function evaluates that.
+
+    force: may be complex, everything is analytic in it. values: by name, what the functions may ask for.
+    """
+
+    functions: SimpleNamespace
+    force: complex
+    values: Mapping[str, Any]
+
+    def __call__(self, name: str, **fields: Any) -> Any:
+        """The emitted function at these fields; those that it does not take are left out."""
+        function = getattr(self.functions, name)
+        known = {**self.values, **fields}
+        return function(*(known[argument] for argument in arguments(function)))
+
+    def stretch(self, u: Any) -> tuple[Any, Any]:
+        """ν at these nodes and its derivative there.
+
+        The compression is constant or falls linearly to the tip: a body load is a function of force alone,
+        and a model that has one has a constant stretch stiffness.
+        """
+        if "nu" in self.values:
+            return self.values["nu"], 0.0
+        at_clamp, at_tip = (self("straight_rod", u=end)[0] for end in ENDS)
+        return at_clamp + (at_tip - at_clamp) * u, at_tip - at_clamp
+
+
+def arguments(function: Callable[..., Any]) -> tuple[str, ...]:
+    """The names of a plain function's arguments."""
+    code = function.__code__
+    return code.co_varnames[: code.co_argcount]
+
+
+def parameter_values(rod: RodParameters) -> dict[str, float]:
+    """All parameters of the rod by name, the model's own too, each rounded to the nearest double."""
+    names = ("k1", "k2", "gamma3", "gamma1")
+    return {n: float(getattr(rod, n)) for n in names} | {n: float(v) for n, v in rod.own}
+
+
+def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
+    """The straight rod under this force.
+
+    Raises InputError where there is none or where it breaks an assumption of the theory: the stretch must be
+    positive, the energy convex and the drag positive.
+    """
+    functions = kernels.load(rod.model)
+    values: dict[str, Any] = parameter_values(rod) | {"force": force}
+    if "nu" in arguments(functions.straight_rod):
+        values["nu"] = _stretch(rod, functions, values)
+    straight = StraightRod(functions, force, values)
+    _require_sound(rod, straight)
+    return straight
+
+
+def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str, Any]) -> complex:
+    """Newton's method for F1(ν) + F = 0, from the unloaded rod; the slope of the balance in ν is K1."""
+    nu: complex = 1.0
+    for _ in range(MOST_STEPS):
+        trial = StraightRod(functions, values["force"], {**values, "nu": nu})
+        *_, balance = trial("straight_rod")
+        stiffness = trial("stretch_stiffness")
+        if not np.real(stiffness) > 0:
+            break
+        step = balance / stiffness
+        if np.real(step) >= np.real(nu):  # beyond zero length: half way there
+            nu = nu / 2
+            continue
+        nu = nu - step
+        if abs(step) <= SETTLED:
+            return nu
+    raise InputError(
+        f"rod {rod.model!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
+        f"above 0 with positive stretch stiffness balances it; take a smaller force"
+    )
+
+
+def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
+    y, theta = straight("y_row", u=ENDS), straight("theta_row", u=ENDS)
+    drag = straight("drag_weights", u=ENDS)
+    for what, value, assumption in (
+        ("the stretch", straight.stretch(ENDS)[0], "the straight rod must have positive length"),
+        ("the stretch stiffness", straight("stretch_stiffness", u=ENDS), "its energy must be convex there"),
+        ("the shear stiffness", y[2], "its energy must be convex there"),
+        ("the bending stiffness", theta[5], "its energy must be convex there"),
+        ("the axial drag", drag[0], "drag must be positive"),
+        ("the transverse drag", drag[1], "drag must be positive"),
+        ("the rotational drag", drag[2], "drag must be positive"),
+    ):
+        least = float(np.min(np.real(value)))
+        if not least > 0:
+            raise InputError(
+                f"rod {rod.model!r}, straight under force = {np.real(straight.force):.10g}: {what} is "
+                f"{least:.6g}, but {assumption}"
+            )
+
+
+def largest_force(rod: RodParameters, asked: Fraction) -> tuple[Fraction, bool]:
+    """`asked`, or where the straight rod is compressed to LEAST_STRETCH or ends before; whether it was cut.
+
+    Raises InputError if there is no straight state even without a force.
+    """
+    straight_rod(rod, 0.0)
+    if _reaches(rod, asked):
+        return asked, False
+    low, high = Fraction(0), asked
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _reaches(rod, middle) else (low, middle)
+    return Fraction(f"{float(low):.9g}"), True
+
+
+def _reaches(rod: RodParameters, force: Fraction) -> bool:
+    try:
+        straight = straight_rod(rod, float(force))
+    except InputError:
+        return False
+    return bool(np.min(straight.stretch(ENDS)[0]) >= LEAST_STRETCH)

@@ -38,7 +38,7 @@ class ReducedModel:
     """The rod at one force, expanded about one threshold. Built by `reduced_model`.
 
     Lengths in L, times in γ2 L⁴/k3, forces in k3/L². u (n,): points of the rod. Y, Theta, Psi_Y, Psi_Theta,
-    X0, X2, P0, P2 (n,): mode, adjoint mode and corrections there; Y(1) = 1.
+    X0, X2, P0, P2 (n,): mode, adjoint mode and corrections there; Y(1) = 1, (Ψ, Φ)_Γ = 1 (eq:inner product).
     """
 
     coefficients: LandauCoefficients
@@ -71,12 +71,10 @@ class ReducedModel:
     def amplitude(self, y: Array, theta: Array) -> complex:
         """The amplitude of a small perturbation (y, θ), (n,) each, at t = 0: its share of the mode.
 
-        A = (Ψ, (y, θ))_Γ / (Ψ, (Y, Θ))_Γ with the drag-weighted product (eq:inner product).
+        A = (Ψ, (y, θ))_Γ; the conjugate mode, orthogonal to Ψ, does not contribute.
         """
-        weights, gamma3 = chebyshev(self.u.size - 1).weights, self.parameters[2]
-        adjoint = self.Psi_Y, self.Psi_Theta
-        norm = weights @ kernels.norm_integrand(*adjoint, self.Y, self.Theta, gamma3)
-        return complex(weights @ kernels.norm_integrand(*adjoint, y, theta, gamma3) / norm)
+        product = kernels.norm_integrand(self.Psi_Y, self.Psi_Theta, y, theta, self.parameters[2])
+        return complex(chebyshev(self.u.size - 1).weights @ product)
 
     def transient(self, A0: complex, t: ArrayLike) -> Complex:
         """A(t) from A(0) = A0, of the shape of t >= 0. See `stuart_landau`."""
@@ -102,9 +100,11 @@ def reduced_model(
     nodes = nodes_at(parameters, *at)
     mode, adjoint = critical_mode(parameters, *at, nodes), adjoint_mode(parameters, *at, nodes)
     X = second_order(parameters, *at, mode, nodes)
+    product = kernels.norm_integrand(adjoint.Psi_Y, adjoint.Psi_Theta, mode.Y, mode.Theta, parameters[2])
+    norm = np.conj(nodes.weights @ product)
     points = chebyshev(max(POINTS, nodes.u.size)).nodes
     to_points = interpolation(nodes, points)
-    fields = (mode.Y, mode.Theta, adjoint.Psi_Y, adjoint.Psi_Theta, X.X0, X.X2, X.P0, X.P2)
+    fields = (mode.Y, mode.Theta, adjoint.Psi_Y / norm, adjoint.Psi_Theta / norm, X.X0, X.X2, X.P0, X.P2)
     return ReducedModel(
         coefficients, parameters, float(exact), points, *(to_points @ field for field in fields)
     )

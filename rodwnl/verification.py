@@ -45,10 +45,13 @@ class Report:
         return bool(self.counts["differs"] or self.cell_counts["differs"])
 
 
-def check(tex: Path | None = None, notation: Path | None = None, only: str | None = None) -> Report:
+def check(
+    tex: Path | None = None, notation: Path | None = None, only: str | None = None, model: str | None = None
+) -> Report:
     """Read a LaTeX source (the bundled equations by default) and decide everything in it.
 
-    only: the label of an equation (`eq:follower.2`), of a display (`eq:follower`) or of a table.
+    only: the label of an equation (`eq:follower.2`), of a display (`eq:follower`) or of a table. model: the
+    rod, by name or file; tables and effects are computed for the default rod, `follower`, alone.
 
     Raises InputError where a file cannot be understood, with the line, or where nothing bears the label.
     """
@@ -56,7 +59,7 @@ def check(tex: Path | None = None, notation: Path | None = None, only: str | Non
     from derivation.paper import notation as letters
 
     known = _reading(notation, lambda: letters.load(notation or letters.DEFAULT), ReadError)
-    return _reading(tex, lambda: _check(_text(tex), tex, known, only), ReadError)
+    return _reading(tex, lambda: _check(_text(tex), tex, known, only, model), ReadError)
 
 
 def _reading(path: Path | None, action: Any, error: type[Exception]) -> Any:
@@ -66,11 +69,15 @@ def _reading(path: Path | None, action: Any, error: type[Exception]) -> Any:
         raise InputError(f"{path.name if path else 'bundled equations'}, {problem}") from None
 
 
-def _check(text: str, tex: Path | None, notation: Notation, only: str | None) -> Report:
+def _check(text: str, tex: Path | None, notation: Notation, only: str | None, model: str | None) -> Report:
+    from derivation.model import FOLLOWER
     from derivation.paper.verify import verify
+    from derivation.pipeline import derive
+    from rodwnl.models import find_model
 
-    result = verify(text, notation, only=only)
-    rows = [row for row in result.tables if only in (None, row.table)]
+    rod = FOLLOWER if model is None else find_model(model)
+    result = verify(text, notation, derive(rod), only)
+    rows = [row for row in result.tables if only in (None, row.table) and rod is FOLLOWER]
     if only is not None and not result.findings and not rows:
         raise InputError(f"nothing bears the label {only!r}; {_nearby(only, result.labels)}")
     cells = [cell for _, row_cells in compare_rows(_printed(rows)) for cell in row_cells]
@@ -78,7 +85,7 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None) ->
         tex.name if tex else "bundled equations",
         result.findings,
         tuple(map(_corrected, cells)),
-        _effects(result),
+        _effects(result) if rod is FOLLOWER else {},
         notation,
     )
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
+from derivation.errors import ModelError
 from derivation.paper.algebra import (
     Atom, I, Poly, atom, cleared, constant, exp, harmonic, poly, rational,
 )  # fmt: skip
@@ -141,7 +142,7 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
         for p in low.differences():
             if left := reduced(low, p):
                 return Row(equation, "differs", "left minus right does not vanish", _shortest(low, p, left))
-    except UndecidedError as why:
+    except (UndecidedError, ModelError) as why:
         return Row(equation, "not decided", str(why), poly(0))
     except (UnfitError, ZeroDivisionError) as why:
         return Row(equation, "differs", str(why), poly(0))

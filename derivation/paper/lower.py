@@ -484,9 +484,9 @@ class Lowering:
         if q in (*STRAINS, *VELOCITIES) and self.names & {"r", "e1", "e2"}:
             return self.theory.kinematics(q) * scale
         if q in LOADS:
-            return -self.theory.drag_exact[LOADS.index(q)] * scale
+            return -self.theory.drag[LOADS.index(q)] * scale
         if q == "energy":
-            return integral(self.theory.energy_exact) * scale
+            return integral(self.theory.energy) * scale
         if q == "force":
             return self._force * scale
         if q in (*FIELDS, *STRAINS, *VELOCITIES, *STRESSES):
@@ -518,8 +518,10 @@ class Lowering:
         if q in ("k1", "k2", "gamma1", "gamma3", "nu", "mu", "epsilon", "Delta", "alpha", "beta", "R", "R_star",
                  "phase", "phase_0", "sigma", "A_tip", "delta"):  # fmt: skip
             return constant(q)
-        if q in ("H", "P0", "P2", "g1", "g2", "g3", "g4"):
+        if q in ("H", "P0", "P2"):
             return self.theory.shapes[q]
+        if q in ("g1", "g2", "g3", "g4"):
+            return self.theory.g[q]
         if q in SHAPES:
             return atom(Atom("shape", q))
         if q == "A":

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property
 
-from sympy import QQ_I
+from sympy import QQ_I, Expr
 from sympy.polys.rings import PolyElement
 
 from derivation.errors import ModelError
@@ -87,12 +87,17 @@ class Theory:
 
     @cached_property
     def shapes(self) -> dict[str, Poly]:
-        """H, P0, P2, g1 ... g4 in Theta, Y, X0, X2 and their derivatives."""
+        """H, P0 and P2 in Theta, Y, X0, X2 and their derivatives."""
         second, ring = self.d.second, self.d.modes.ring
         shear = from_ring(ring["Y_u"]) - from_ring(ring["nu"] * ring["Theta"])
         found = {"H": shear, "P0": from_ring(second.mean.tension), "P2": from_ring(second.harmonic.tension)}
-        found |= {f"g{k}": from_ring(g) for k, g in enumerate(self.transformation.g, 1)}
         return {name: p.rewrite(lambda a: self._shape_meaning(a, found)) for name, p in found.items()}
+
+    @cached_property
+    def g(self) -> dict[str, Poly]:
+        """g1 ... g4 in the same."""
+        names = {f"g{k}": from_ring(g) for k, g in enumerate(self.transformation.g, 1)}
+        return {name: p.rewrite(lambda a: self._shape_meaning(a, self.shapes)) for name, p in names.items()}
 
     def _shape_meaning(self, a: Atom, found: dict[str, Poly]) -> Poly | None:
         if a.kind != "shape" or a.name not in ("H", "P0", "P2"):
@@ -196,32 +201,39 @@ class Theory:
             "beta": integral(from_ring(c.detuning.integrand)) * norm.inverse(),
         }
 
+    def _of_model(self, e: Expr, *names: str) -> Poly:
+        """A formula of the model, polynomial in its parameters and these quantities.
+
+        Raises:
+            ModelError: if it is no polynomial.
+        """
+        ring = jet_ring([*names, *self.d.law.parameters])
+        try:
+            return from_ring(from_expr(e.expand(), ring))
+        except ValueError as problem:
+            raise ModelError(f"{self.d.model.name}: {problem}") from None
+
     @cached_property
     def stress_law(self) -> Vector:
         """(F1, F2, M) = grad W in the exact strains."""
-        ring = jet_ring([*STRAINS, "k1", "k2", "gamma1", "gamma3", "force"])
-        return tuple(
-            from_ring(from_expr(self.d.model.energy.diff(symbol(q)).expand(), ring)) for q in STRAINS
-        )
+        return tuple(_exact(self._of_model(self.d.model.energy.diff(symbol(q)), *STRAINS)) for q in STRAINS)
 
     @cached_property
     def energy(self) -> Poly:
-        ring = jet_ring([*STRAINS, "k1", "k2", "gamma1", "gamma3", "force"])
-        return from_ring(from_expr(self.d.model.energy.expand(), ring))
-
-    @cached_property
-    def energy_exact(self) -> Poly:
-        return _exact(self.energy)
+        """W in the exact strains."""
+        return _exact(self._of_model(self.d.model.energy, *STRAINS))
 
     @cached_property
     def drag(self) -> Vector:
-        ring = jet_ring([*VELOCITIES, "k1", "k2", "gamma1", "gamma3", "force"])
-        return tuple(from_ring(from_expr(e, ring)) for e in self.d.model.drag)
+        """Minus the body force and torque, in the exact strains and velocities."""
+        return tuple(_exact(self._of_model(e, *STRAINS, *VELOCITIES)) for e in self.d.model.drag)
 
     @cached_property
     def tip_load(self) -> Vector:
-        ring = jet_ring(["k1", "k2", "force"])
-        return tuple(from_ring(from_expr(e, ring)) for e in self.d.model.tip_load)
+        """The stresses imposed at u = 1."""
+        return tuple(
+            _exact(self._of_model(e, "cos", "sin", "theta", *VELOCITIES)).at(1) for e in self.d.model.tip_load
+        )
 
     def kinematics(self, quantity: str) -> Poly:
         """An exact strain or velocity in x, y, theta."""
@@ -235,25 +247,24 @@ class Theory:
         """The name of d lambda/dF at the threshold: that of beta, which it is proved to be.
 
         lambda Gamma phi = M phi, differentiated in the force and projected on the adjoint mode, gives
-        lambda' (Psi, phi)_Gamma = int Psi^dagger M' phi du + [Q(Psi, phi')]; at the tip the derivative of the
-        mode obeys y' - nu theta = nu' Theta, so the end term is k2 Psi_Y(1)^* nu' Theta(1). These are the
-        integrand and the end term that the expansion gives for the detuning.
+        lambda' (Psi, phi)_Gamma = int Psi^dagger (M' - lambda Gamma') phi du + [Q(Psi, phi')]; at the tip the
+        derivative of the mode obeys y' - nu theta = nu' Theta, so the end term is k2 Psi_Y(1)^* nu' Theta(1).
+        These are the integrand and the end term that the expansion gives for the detuning.
 
         Raises:
-            ArithmeticError: if they are not.
+            ModelError: if they are not, as with another tip load.
         """
-        slope = (
-            self.by_force(from_ring(self.d.adjoint.primal[0])),
-            self.by_force(from_ring(self.d.adjoint.primal[1])),
-        )
-        psi = [atom(Atom("shape", s, bar=True)) for s in ("Psi_Y", "Psi_Theta")]
-        bulk = sum((p * row for p, row in zip(psi, slope, strict=True)), poly(0))
-        theta = atom(Atom("shape", "Theta", place=1))
-        end = constant("k2") * psi[0].at(1) * self.by_force(constant("nu")) * theta
+        rate = I * constant("omega")
+        bulk = poly(0)
+        for k, (name, row) in enumerate(zip(("Y", "Theta"), self.d.adjoint.primal, strict=True), 1):
+            slope = self.by_force(from_ring(row)) - rate * self.by_force(self.weights[k]) * atom(Atom("shape", name))
+            bulk += atom(Atom("shape", f"Psi_{name}", bar=True)) * slope
+        theta, psi = atom(Atom("shape", "Theta", place=1)), atom(Atom("shape", "Psi_Y", bar=True, place=1))
+        end = constant("k2") * psi * self.by_force(constant("nu")) * theta
         kept = self.d.landau.detuning_kept
         for ours, theirs in ((bulk, kept.integrand), (end, kept.boundary)):
             if self.canonical(self.by_equations(ours - from_ring(theirs))):
-                raise ArithmeticError("d lambda/dF is not beta")
+                raise ModelError(f"{self.d.model.name}: d lambda/dF is not shown to be beta")
         return "beta"
 
     def by_force(self, p: Poly) -> Poly:
@@ -342,16 +353,12 @@ class Theory:
         h1, h2, bend, _, _, _, f1, f2, _ = (atom(Atom("exact", q)) for q in names)
         turning = (bend * f2, -bend * f1, h2 * f1 - h1 * f2)
         rules = {
-            Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag_exact, turning, strict=True)
+            Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag, turning, strict=True)
         }
         rules |= {Atom("exact", f, place=1): load for f, load in zip(STRESSES, self.tip_load, strict=True)}
         rules |= {Atom("exact", f, place=0): poly(0) for f in FIELDS}
-        stress = {Atom("exact", f): _exact(law) for f, law in zip(STRESSES, self.stress_law, strict=True)}
+        stress = {Atom("exact", f): law for f, law in zip(STRESSES, self.stress_law, strict=True)}
         return p.rewrite(rules.get).rewrite(stress.get)
-
-    @cached_property
-    def drag_exact(self) -> Vector:
-        return tuple(map(_exact, self.drag))
 
     def insert_waves(self, p: Poly) -> Poly:
         """Every field whose wave is known, as that wave."""
@@ -400,10 +407,9 @@ class Theory:
         shear = atom(Atom("shape", "H")) + constant("nu") * atom(Atom("shape", "Theta"))
         slopes = {"Y": shear}
         for name in ("X0", "X2"):
-            tension = atom(Atom("shape", f"P{name[1]}"))
-            rest = self.shapes[f"P{name[1]}"] - constant("k1") * atom(Atom("shape", name, u=1))
-            slopes[name] = (tension - rest.map(lambda a: shear if a == Atom("shape", "Y", u=1) else None)) * (
-                constant("k1").inverse()
+            tension = atom(Atom("shape", f"P{name[1]}")) - self.shapes[f"P{name[1]}"]
+            slopes[name] = _solve(tension, Atom("shape", name, u=1)).map(
+                lambda a: shear if a == Atom("shape", "Y", u=1) else None
             )
 
         def image(a: Atom) -> Poly | None:
@@ -435,8 +441,9 @@ class Theory:
 
 
 def _exact(p: Poly) -> Poly:
-    """Strains and velocities of a law as the exact quantities."""
-    return p.map(lambda a: atom(Atom("exact", a.name)) if a.name in (*STRAINS, *VELOCITIES) else None)
+    """The quantities of a law as the exact ones."""
+    names = (*STRAINS, *VELOCITIES, "cos", "sin", "theta")
+    return p.map(lambda a: atom(Atom("exact", a.name)) if a.name in names else None)
 
 
 def integral(p: Poly) -> Poly:

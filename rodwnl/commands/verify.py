@@ -22,6 +22,9 @@ def command(
     notation: Annotated[
         Path | None, typer.Option(metavar="FILE", help="TOML file: which letter means which quantity.")
     ] = None,
+    model: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="The rod to check against. Default: follower.")
+    ] = None,
     only: Annotated[
         str | None, typer.Option(metavar="LABEL", help="Decide this equation, display or table alone.")
     ] = None,
@@ -40,7 +43,7 @@ def command(
     """
     from rodwnl.verification import check, document
 
-    report = check(tex, notation, only or show)
+    report = check(tex, notation, only or show, model)
     if json:
         print_json(document(report))
     elif show:

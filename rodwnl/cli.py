@@ -18,7 +18,8 @@ from typer.core import TyperGroup
 from rodwnl.errors import ComputationError, InputError
 
 COMMANDS = (  # as --help lists them
-    "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "plot", "figures", "reproduce", "derive", "verify"
+    "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "plot", "figures",
+    "reproduce", "derive", "verify"
 )  # fmt: skip
 
 

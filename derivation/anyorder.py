@@ -16,6 +16,10 @@ Fredholm's condition gives c_pqr; the response Phi is then unique up to a multip
 evaluation fixes by no tip displacement in Phi: then A is the tip's amplitude at the fundamental frequency.
 c_210 = alpha and c_101 = beta.
 
+At a steady crossing, lambda = 0, the amplitude a is real and there is no a*: the same series with q = 0, all
+transverse problems are singular and da/dt = sum over odd p of c_p0r a^p delta^r, a pitchfork (no term of an
+oscillation is a special case of it: the Hopf coefficients at omega = 0 would be wrong by a factor).
+
 Cf. Kuznetsov, Elements of Applied Bifurcation Theory, sections 3.5 and 5.4 (homological equations).
 """
 
@@ -55,19 +59,17 @@ class Response:
         fields: ("x",) where p + q is even, ("y", "theta") where it is odd, by reflection symmetry.
         forcing: f, a row for each field.
         traction: t, likewise.
-        weight: the coefficient of -c_pqr in the rows and in t where p = q + 1: Gamma Phi_100 and what a load
-            with drag adds; else empty.
+        resonant: whether the operator is singular, so that there is a c_pqr.
+        weight: the coefficient of -c_pqr in the rows and in t there: Gamma Phi_100 and what a load with drag
+            adds; else zeros.
     """
 
     index: Index
     fields: tuple[str, ...]
     forcing: tuple[PolyElement, ...]
     traction: tuple[PolyElement, ...]
+    resonant: bool
     weight: tuple[tuple[PolyElement, ...], tuple[PolyElement, ...]]
-
-    @property
-    def harmonic(self) -> int:
-        return self.index[0] - self.index[1]
 
     @property
     def shapes(self) -> tuple[str, ...]:
@@ -79,10 +81,6 @@ class Response:
         """Name of c_pqr."""
         return coefficient_name(self.index)
 
-    @property
-    def resonant(self) -> bool:
-        return self.harmonic == 1
-
 
 @dataclass(frozen=True)
 class NormalForm:
@@ -90,6 +88,7 @@ class NormalForm:
 
     ring: JetRing
     order: int
+    steady: bool
     responses: tuple[Response, ...]
 
 
@@ -109,16 +108,22 @@ def _degree(index: Index) -> int:
     return p + q + 2 * r
 
 
-def indices(order: int) -> list[Index]:
-    """All (p, q, r) with p >= q and degree 1 ... order, by degree."""
+def indices(order: int, steady: bool = False) -> list[Index]:
+    """All (p, q, r) with p >= q (q = 0 where it is steady) and degree 1 ... order, by degree."""
     found = [
         (p, q, r)
         for p in range(order + 1)
-        for q in range(p + 1)
+        for q in range(1 if steady else p + 1)
         for r in range(order + 1)
         if 1 <= p + q + 2 * r <= order
     ]
     return sorted(found, key=lambda i: (_degree(i), i))
+
+
+def is_resonant(index: Index, steady: bool) -> bool:
+    """Whether the problem of this response is singular."""
+    p, q, _ = index
+    return p % 2 == 1 if steady else p == q + 1
 
 
 def require_order(order: int) -> None:
@@ -127,7 +132,9 @@ def require_order(order: int) -> None:
         raise ValueError(f"order = {order}: the amplitude equation gains terms at odd orders, 3, 5, 7, ...")
 
 
-def expand_normal_form(exact: ExactKinematics, law: Constitution, order: int) -> NormalForm:
+def expand_normal_form(
+    exact: ExactKinematics, law: Constitution, order: int, steady: bool = False
+) -> NormalForm:
     """Insert the ansatz into the exact rod and collect the problem of every response.
 
     Raises:
@@ -135,28 +142,30 @@ def expand_normal_form(exact: ExactKinematics, law: Constitution, order: int) ->
         ArithmeticError: if a problem holds unknowns that it should not.
     """
     require_order(order)
-    ring = _ring(law, order)
-    fields = {f: _series(ring, f, order) for f in FIELDS}
+    every = indices(order, steady)
+    ring = _ring(law, every, steady)
+    fields = {f: _series(ring, f, every, order) for f in FIELDS}
     straight = dict(zip(FIELDS, (ring["nu"], ring.zero, ring.zero), strict=True))
     slopes = {f: (straight[f], *(ring.derive(c, "u") for c in s[1:])) for f, s in fields.items()}
-    rate = _amplitude_rate(ring, order)
+    rate = _amplitude_rate(ring, every, order, steady)
     rates = {f: _d_t(ring, s, rate) for f, s in fields.items()}
     kinematics = insert_fields(exact, ring, fields["theta"], slopes, rates)
     _, _, balance, tip = balance_laws(law, kinematics)
     # At the highest degree only the resonant problems matter: they give the last coefficients.
-    wanted = [i for i in indices(order) if i != (1, 0, 0) and (_degree(i) < order or i[0] == i[1] + 1)]
-    responses = tuple(_response(ring, index, balance, tip) for index in wanted)
-    return NormalForm(ring, order, responses)
+    wanted = [i for i in every if i != (1, 0, 0) and (_degree(i) < order or is_resonant(i, steady))]
+    responses = tuple(_response(ring, index, balance, tip, steady) for index in wanted)
+    return NormalForm(ring, order, steady, responses)
 
 
-def _ring(law: Constitution, order: int) -> JetRing:
+def _ring(law: Constitution, every: list[Index], steady: bool) -> JetRing:
     names: list[str] = []
     maps: dict[str, str | None] = {}
     conjugates: dict[str, str] = {}
-    for index in indices(order):
+    for index in every:
         p, q, _ = index
+        real = steady or p == q
         for f in _SYMMETRIC if (p + q) % 2 == 0 else _ANTISYMMETRIC:
-            bars = ("",) if p == q else ("", BAR)
+            bars = ("",) if real else ("", BAR)
             for bar in bars:
                 base = shape_name(f, index) + bar
                 jets = [base, f"{base}_u", f"{base}_uu"]
@@ -164,15 +173,18 @@ def _ring(law: Constitution, order: int) -> JetRing:
                 maps |= dict(zip(jets, [*jets[1:], None], strict=True))
                 for k, name in enumerate(jets):
                     register(name, _latex(f, index, k, bool(bar)))
-                    if not bar and p != q:
+                    if not bar and not real:
                         conjugates[name] = (shape_name(f, index) + BAR) + ("_" + "u" * k if k else "")
-        if p == q + 1 and index != (1, 0, 0):
+        if is_resonant(index, steady) and index != (1, 0, 0):
             c = coefficient_name(index)
-            names += [c, c + BAR]
-            conjugates[c] = c + BAR
+            names.append(c)
             register(c, f"c_{{{''.join(map(str, index))}}}")
-            register(c + BAR, f"c_{{{''.join(map(str, index))}}}^*")
-    conjugates["A"] = "A" + BAR
+            if not steady:
+                names.append(c + BAR)
+                conjugates[c] = c + BAR
+                register(c + BAR, f"c_{{{''.join(map(str, index))}}}^*")
+    if not steady:
+        conjugates["A"] = "A" + BAR
     ring = jet_ring(
         ["A", "A" + BAR, *names, "u", *parameter_names(law), "omega", "lam"],
         {"u": maps},
@@ -195,25 +207,26 @@ def _monomial(ring: JetRing, index: Index) -> PolyElement:
     return ring["A"] ** p * ring["A" + BAR] ** q * ring["Delta"] ** r
 
 
-def _series(ring: JetRing, f: str, order: int) -> Series:
+def _series(ring: JetRing, f: str, every: list[Index], order: int) -> Series:
     """sum A^p A*^q delta^r Phi_pqr, by degree; terms with p < q are conjugates of those with p > q."""
     parity = 0 if f in _SYMMETRIC else 1
     terms = [ring.zero] * (order + 1)
-    for index in indices(order):
-        p, q, _ = index
-        if (p + q) % 2 != parity:
+    for index in every:
+        if (index[0] + index[1]) % 2 != parity:
             continue
         term = _monomial(ring, index) * ring[shape_name(f, index)]
-        terms[_degree(index)] += term if p == q else term + ring.conjugate(term)
+        twin = ring.conjugate(term)
+        terms[_degree(index)] += term if twin == term else term + twin
     return tuple(terms)
 
 
-def _amplitude_rate(ring: JetRing, order: int) -> Series:
+def _amplitude_rate(ring: JetRing, every: list[Index], order: int, steady: bool) -> Series:
     """dA/dt by degree."""
     terms = [ring.zero] * (order + 1)
-    terms[1] = ring.i * ring["omega"] * ring["A"]
-    for index in indices(order):
-        if index[0] == index[1] + 1 and index != (1, 0, 0):
+    if not steady:
+        terms[1] = ring.i * ring["omega"] * ring["A"]
+    for index in every:
+        if is_resonant(index, steady) and index != (1, 0, 0):
             terms[_degree(index)] += ring[coefficient_name(index)] * _monomial(ring, index)
     return tuple(terms)
 
@@ -235,13 +248,15 @@ def _response(
     index: Index,
     balance: tuple[Series, Series, Series],
     tip: tuple[Series, Series, Series],
+    steady: bool,
 ) -> Response:
     """Collect A^p A*^q delta^r: what is linear in Phi_pqr stays on the left, the rest is forcing."""
     p, q, _ = index
     fields = _SYMMETRIC if (p + q) % 2 == 0 else _ANTISYMMETRIC
     own = [ring[shape_name(f, index) + d] for f in fields for d in ("", "_u", "_uu")]
     amplitudes = [ring["A"], ring["A" + BAR], ring["Delta"]]
-    slow = [ring[coefficient_name(index)]] if p == q + 1 else []
+    resonant = is_resonant(index, steady)
+    slow = [ring[coefficient_name(index)]] if resonant else []
     found: list[list[PolyElement]] = []
     weights: list[list[PolyElement]] = []
     for rows in (balance, tip):
@@ -256,4 +271,6 @@ def _response(
     for name in ring.names_of(sum(found[0] + found[1], ring.zero)):
         if name.startswith("c" + "".join(map(str, index))):
             raise ArithmeticError(f"{index}: the forcing holds its own coefficient {name}")
-    return Response(index, fields, tuple(found[0]), tuple(found[1]), (tuple(weights[0]), tuple(weights[1])))
+    return Response(
+        index, fields, tuple(found[0]), tuple(found[1]), resonant, (tuple(weights[0]), tuple(weights[1]))
+    )

@@ -54,6 +54,11 @@ def own_parameters(model: str) -> dict[str, str]:
     return dict(getattr(import_module(package), "PARAMETERS", {}))
 
 
+def emitted_rods() -> list[str]:
+    """The names of the rods in `generated`."""
+    return sorted(path.parent.name for path in location().glob("*/__init__.py"))
+
+
 def _package(model: str) -> tuple[Path, str]:
     """The folder of a rod and the name under which Python imports it, both known to be the derivation's."""
     if Path(model).name == model:

@@ -48,6 +48,8 @@ def emitted(text: str) -> str:
     """
     if not is_file(text):
         name = text.replace("-", "_")
+        if name not in (known := kernels.emitted_rods()):
+            raise InputError(f"there is no rod {text!r}; there are {', '.join(known)}, or give a rod{SUFFIX}")
         kernels.load(name)
         return name
     root = cache_folder() / _key(_read(Path(text)))

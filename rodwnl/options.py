@@ -4,14 +4,14 @@ Numbers arrive as text and are read exactly; nothing is rounded before the numer
 """
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Annotated, Any
 
 import typer
 
 from rodwnl.errors import InputError
-from rodwnl.parameters import RodParameters, exact, positive
+from rodwnl.parameters import RodParameters, exact, positive, shown
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document, numbers as decimal texts.")]
 MaxForce = Annotated[
@@ -29,6 +29,19 @@ Certified = Annotated[
         "--certified", help="Prove existence, uniqueness, rank and criticality; print every number as a ball."
     ),
 ]
+Convention = Annotated[
+    str | None,
+    typer.Option(
+        "--convention",
+        metavar="NAME",
+        help="Print the coefficient as another tool reports it too: paper, kuznetsov, matcont, "
+        "bifurcationkit, jaxcont or ff-bifbox.",
+    ),
+]
+Mesh = Annotated[
+    str | None,
+    typer.Option("--mesh", metavar="N", help="Intervals of the mesh on which a convention takes a 2-norm."),
+]
 
 _REQUIRED = {"k1": "Stretch stiffness.", "k2": "Shear stiffness.", "gamma3": "Rotational drag."}
 _OPTIONAL = {"gamma1": "Axial drag. Default: half the transverse drag."}
@@ -37,6 +50,14 @@ _SI = {
     "k3": "Bending stiffness (N m²).",
     "gamma2": "Transverse drag (N s/m²).",
 }
+
+
+_MODEL = typer.Option(
+    "--model", metavar="NAME|FILE", help="Another rod: a shipped one, or a rod.toml. Default: follower."
+)
+_PARAMETER = typer.Option(
+    "--parameter", metavar="NAME=X", help="A parameter that only this model has, dimensionless. Repeatable."
+)
 
 
 def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -56,12 +77,16 @@ def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
     parameters = [
         *options(_REQUIRED, str, required),
         *options(_OPTIONAL, str | None, None),
+        inspect.Parameter("model", keyword, default=None, annotation=Annotated[str | None, _MODEL]),
+        inspect.Parameter(
+            "parameter", keyword, default=None, annotation=Annotated[list[str] | None, _PARAMETER]
+        ),
         *own,
         *options(_SI, str | None, None),
     ]
 
     def with_rod(**given: Any) -> Any:
-        values = {name: given.pop(name) for name in (*_REQUIRED, *_OPTIONAL, *_SI)}
+        values = {name: given.pop(name) for name in (*_REQUIRED, *_OPTIONAL, *_SI, "model", "parameter")}
         return command(rod=read_rod(values), **given)
 
     with_rod.__doc__ = command.__doc__
@@ -72,7 +97,8 @@ def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def read_rod(values: dict[str, Any]) -> RodParameters:
     """The rod that the options describe: in SI units when --length, --k3 and --gamma2 are there."""
-    own = {name: values[name] for name in (*_REQUIRED, *_OPTIONAL) if values[name] is not None}
+    own: dict[str, Any] = {n: values[n] for n in (*_REQUIRED, *_OPTIONAL) if values[n] is not None}
+    own |= read_model(values.get("model"), values.get("parameter") or [])
     si = {name: values[name] for name in _SI if values[name] is not None}
     if not si:
         return RodParameters(**own)
@@ -83,6 +109,27 @@ def read_rod(values: dict[str, Any]) -> RodParameters:
     return RodParameters.from_physical(L=si.pop("length"), **own, **si)
 
 
+def read_model(model: str | None, assignments: Sequence[str]) -> dict[str, str]:
+    """The model, and the values of its own parameters, as `RodParameters` takes them."""
+    own: dict[str, str] = {}
+    for text in assignments:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value) or name in {*_REQUIRED, *_OPTIONAL, *_SI, "model", "scales"}:
+            raise InputError(
+                f"--parameter {shown(text)}: write it as NAME=VALUE, with a name of the model's own"
+            )
+        if name in own:
+            raise InputError(f"--parameter {name} is given twice")
+        own[name] = value
+    if model is None:
+        if own:
+            raise InputError("--parameter sets what only another model has: name that one with --model")
+        return {}
+    from rodwnl.models import emitted
+
+    return {"model": emitted(model), **own}
+
+
 def read_digits(text: str | None) -> int | None:
     """A number of digits; None stands for the default."""
     from rodwnl.exact import checked_digits
@@ -90,6 +137,17 @@ def read_digits(text: str | None) -> int | None:
     if text is None:
         return None
     return checked_digits(int(text) if text.isascii() and text.isdigit() and len(text) < 9 else text)
+
+
+def read_convention(name: str | None, mesh: str | None) -> tuple[str, int | None] | None:
+    """A convention and its mesh; None stands for the paper's, without conversion."""
+    if name is None:
+        if mesh is not None:
+            raise InputError("--mesh belongs to --convention")
+        return None
+    from rodwnl.dialects import checked_mesh
+
+    return name, checked_mesh(name, mesh)
 
 
 def read_force(rod: RodParameters, name: str, text: str) -> Fraction:

@@ -131,13 +131,15 @@ class RodParameters:
     def checked_force(self, value: Number, name: str = "force") -> Fraction:
         """The exact follower force; the base state needs 0 <= F < k1, so that ν = 1 - F/k1 > 0.
 
-        Of another rod than the plain one only F >= 0 is asked for here; where its straight state ends is
-        known to `straightrod`.
+        Another rod than the plain one must have a straight state at this force.
         """
         force = exact(name, value)
         if self.model != PLAIN:
+            from rodwnl.straightrod import straight_rod
+
             if force < 0:
                 raise InputError(f"{name} is {shown(value)}, but it must not be negative")
+            straight_rod(self, float(force))
             return force
         if not 0 <= force < self.k1:
             raise InputError(

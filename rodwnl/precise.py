@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import mpmath as mp
 
 from rodwnl.balls import enclosure, flint, working_bits
+from rodwnl.dialects import CONVENTIONS, Converted, convert
+from rodwnl.errors import InputError
 from rodwnl.exact import ExactThreshold, digits_text, exact_threshold
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
@@ -20,6 +22,8 @@ from rodwnl.report import document, exact_scale, heading, sentences
 if TYPE_CHECKING:
     from rodwnl.certified import CertifiedThreshold
     from rodwnl.spectrum import HopfSearch
+
+Dialect = tuple[str, int | None]  # a convention's name and the number of intervals of the mesh
 
 DEFAULT_DIGITS = 15
 NUMBERS_OF_HOPF = ("force", "omega")
@@ -34,29 +38,75 @@ def print_precise(
     *,
     certified: bool,
     json: bool,
+    dialect: Dialect | None = None,
 ) -> None:
-    """Print the named numbers of every threshold up to a force: to so many digits, certified or not."""
+    """Print the named numbers of every threshold up to a force: to so many digits, certified or not.
+
+    With a dialect (a convention's name and the mesh) its numbers are printed too.
+    """
     from rodwnl.spectrum import hopf_thresholds
 
+    rod.require_plain("--certified" if certified else "--digits" if dialect is None else "--convention")
+    if certified and dialect:
+        raise InputError("--convention converts numbers, not balls: leave out --certified")
     if certified:
         flint()
     search = hopf_thresholds(rod, max_force)
-    show = print_certified if certified else print_exact
-    show(search, DEFAULT_DIGITS if digits is None else digits, names, json=json)
+    digits = DEFAULT_DIGITS if digits is None else digits
+    if certified:
+        print_certified(search, digits, names, json=json)
+    else:
+        print_exact(search, digits, names, json=json, dialect=dialect)
 
 
-def print_exact(search: HopfSearch, digits: int, names: Sequence[str], *, json: bool) -> None:
+def print_exact(
+    search: HopfSearch, digits: int, names: Sequence[str], *, json: bool, dialect: Dialect | None = None
+) -> None:
     """Print the named numbers of every threshold of a search to so many digits."""
     found = [exact_threshold(search.rod, t.force, t.omega, digits) for t in search]
+    converted = [convert(search.rod, t, *dialect) if dialect else None for t in found]
     if json:
-        print_json(document(search, [exact_entry(t, names) for t in found]))
+        entries = [
+            exact_entry(t, names) | _dialect_entry(c, digits) for t, c in zip(found, converted, strict=True)
+        ]
+        print_json(document(search, entries))
         return
     print("\n".join(sentences(search)))
-    for number, t in enumerate(found, 1):
+    for number, (t, c) in enumerate(zip(found, converted, strict=True), 1):
         with mp.workdps(t.working_digits):
             rows = _rows(search, t, names, lambda x: digits_text(x, digits))
             rows.append(["largest residual", mp.nstr(max(t.residuals.values()), 1)])
+            rows += _dialect_rows(c, digits)
         print_table(["threshold", str(number)], rows)
+    if dialect and found:
+        print(f"{dialect[0]}: {CONVENTIONS[dialect[0]].equation}; dimensionless numbers.")
+
+
+def _dialect_rows(converted: Converted | None, digits: int) -> list[list[str]]:
+    if converted is None:
+        return []
+    mesh = "" if converted.mesh is None else f", {converted.mesh} intervals"
+    rows = [[f"in the convention {converted.convention}{mesh}", ""]]
+    for name, value in converted.numbers.items():
+        rows += [[part + name, digits_text(x, digits)] for part, x in _real_parts(value)]
+    return rows
+
+
+def _dialect_entry(converted: Converted | None, digits: int) -> dict[str, Any]:
+    if converted is None:
+        return {}
+    convention = CONVENTIONS[converted.convention]
+    entry = {
+        "name": converted.convention,
+        "equation": convention.equation,
+        "source": convention.source,
+        "mesh": converted.mesh,
+        "mode_norm": digits_text(converted.norm, digits),
+        "numbers": {
+            name: _entry(value, lambda x: digits_text(x, digits)) for name, value in converted.numbers.items()
+        },
+    }
+    return {"convention": entry}
 
 
 def print_certified(search: HopfSearch, digits: int, names: Sequence[str], *, json: bool) -> None:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from rodwnl.output import complex_number, number
-from rodwnl.parameters import RodParameters, decimal_text
+from rodwnl.parameters import PLAIN, RodParameters, decimal_text
 
 if TYPE_CHECKING:
     from rodwnl.coefficients import LandauCoefficients
@@ -66,12 +66,14 @@ def with_unit(rod: RodParameters, quantity: str, value: Fraction | float) -> str
 def rod_sentence(rod: RodParameters) -> str:
     """The rod in words."""
     values = ", ".join(f"{name} = {text}" for name, text in rod.texts().items())
-    return f"Rod with {values}{'' if rod.scales is None else ' (dimensionless)'}."
+    model = "" if rod.model == PLAIN else f" {rod.model_name!r}"
+    return f"Rod{model} with {values}{'' if rod.scales is None else ' (dimensionless)'}."
 
 
 def rod_document(rod: RodParameters) -> dict[str, Any]:
     """The rod in JSON."""
-    whole: dict[str, Any] = {"rod": rod.texts()}
+    whole: dict[str, Any] = {} if rod.model == PLAIN else {"model": rod.model_name}
+    whole["rod"] = rod.texts()
     if rod.scales is not None:
         scales = rod.scales
         whole["scales"] = {name: decimal_text(getattr(scales, name)) for name in ("length", "time", "force")}
@@ -83,10 +85,21 @@ def sentences(search: "HopfSearch") -> list[str]:
     rod = search.rod
     said = [rod_sentence(rod), f"Searched 0 <= force <= {with_unit(rod, 'force', search.max_force)}."]
     if search.range_cut:
-        said.append("The range ends at force = k1, where the straight rod would have length zero.")
+        said.append(
+            "The range ends at force = k1, where the straight rod would have length zero."
+            if rod.model == PLAIN
+            else "The range ends there because the straight rod is compressed to a thousandth, or ends."
+        )
+    said += [_buckling(search, t) for t in search.steady]
     if not search.thresholds:
-        said.append(_quiet(search))
+        said.append("No Hopf threshold." if search.steady else _quiet(search))
     return said
+
+
+def _buckling(search: "HopfSearch", threshold: "HopfThreshold") -> str:
+    change = "buckles" if threshold.crossing == "destabilizing" else "recovers from buckling"
+    name, value = heading(search.rod, "force"), cell(search.rod, "force", threshold.force, threshold.force_error)
+    return f"At {name} = {value} the straight rod {change}: a steady crossing, omega = 0."
 
 
 def _quiet(search: "HopfSearch") -> str:
@@ -101,9 +114,11 @@ def _quiet(search: "HopfSearch") -> str:
 
 def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The JSON document of `hopf` and `landau`."""
+    steady = {"steady": [threshold_entry(t) for t in search.steady]} if search.steady else {}
     return rod_document(search.rod) | {
         "range": ["0", decimal_text(search.max_force)],
         "thresholds": list(thresholds),
+        **steady,
         "notes": sentences(search)[2:],
     }
 
@@ -119,8 +134,12 @@ def threshold_entry(threshold: "HopfThreshold") -> dict[str, Any]:
     }
 
 
-def landau_entry(c: "LandauCoefficients") -> dict[str, Any]:
-    """A threshold with its coefficients in JSON; complex numbers are pairs [re, im]."""
+def landau_entry(c: "LandauCoefficients", plain: bool = True) -> dict[str, Any]:
+    """A threshold with its coefficients in JSON; complex numbers are pairs [re, im].
+
+    The parts are called after g1 ... g4 of the plain rod, else after the rows of the equations.
+    """
+    of_alpha, of_beta = (("g1", "g3"), ("g2", "g4")) if plain else (("y", "theta"), ("y", "theta"))
     entry = threshold_entry(c.threshold)
     error = entry.pop("error") | {
         "alpha": repr(c.alpha_error),
@@ -135,8 +154,8 @@ def landau_entry(c: "LandauCoefficients") -> dict[str, Any]:
         "criticality": c.criticality,
         "A_tip2_slope": repr(c.A_tip2_slope),
         "omega_slope": repr(c.omega_slope),
-        "alpha_parts": {"g1": _pair(c.alpha_parts[0]), "g3": _pair(c.alpha_parts[1])},
-        "beta_parts": {"g2": _pair(c.beta_parts[0]), "g4": _pair(c.beta_parts[1])},
+        "alpha_parts": dict(zip(of_alpha, map(_pair, c.alpha_parts), strict=True)),
+        "beta_parts": dict(zip(of_beta, map(_pair, c.beta_parts), strict=True)),
         "error": error,
         "residuals": residuals,
     }

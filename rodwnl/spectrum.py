@@ -191,17 +191,16 @@ def finite() -> Iterator[None]:
 
 
 def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
-    if rod.model != PLAIN:
-        from rodwnl.straightrod import largest_force
-
-        asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)
-        return largest_force(rod, rod.checked_force(asked, "max_force"))
-    if max_force is None:
+    if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
-    asked = exact("max_force", max_force)
+    asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)
     if asked < 0:
         raise InputError(f"max_force is {shown(max_force)}, but a follower force is searched from 0 upwards")
-    return min(asked, rod.k1), asked > rod.k1
+    if rod.model == PLAIN:
+        return min(asked, rod.k1), asked > rod.k1
+    from rodwnl.straightrod import largest_force
+
+    return largest_force(rod, asked)
 
 
 @dataclass(frozen=True)

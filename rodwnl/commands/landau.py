@@ -1,8 +1,19 @@
 """`rodwnl landau`: the amplitude equation at every threshold."""
 
-from rodwnl.options import Certified, Digits, Json, MaxForce, read_digits, read_max_force, takes_rod
+from rodwnl.options import (
+    Certified,
+    Convention,
+    Digits,
+    Json,
+    MaxForce,
+    Mesh,
+    read_convention,
+    read_digits,
+    read_max_force,
+    takes_rod,
+)
 from rodwnl.output import print_json, print_table
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.report import cell, document, heading, landau_entry, sentences
 
 
@@ -13,23 +24,28 @@ def command(
     json: Json = False,
     digits: Digits = None,
     certified: Certified = False,
+    convention: Convention = None,
+    mesh: Mesh = None,
 ) -> None:
     """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
 
     The tip moves by 2 |A|. Independent of how the mode is normalised are beta, the criticality, and the
     slopes of A_tip² and omega in the force along the branch of oscillations.
     """
-    if digits is not None or certified:
+    dialect = read_convention(convention, mesh)
+    if digits is not None or certified or dialect:
         from rodwnl.precise import NUMBERS_OF_LANDAU, print_precise
 
-        names, wanted = NUMBERS_OF_LANDAU, read_digits(digits)
-        print_precise(rod, read_max_force(rod, max_force), wanted, names, certified=certified, json=json)
+        print_precise(
+            rod, read_max_force(rod, max_force), read_digits(digits), NUMBERS_OF_LANDAU,
+            certified=certified, json=json, dialect=dialect,
+        )  # fmt: skip
         return
     from rodwnl.coefficients import landau
 
     found = landau(rod, read_max_force(rod, max_force))
     if json:
-        print_json(document(found.search, [landau_entry(c) for c in found]))
+        print_json(document(found.search, [landau_entry(c, plain=rod.model == PLAIN) for c in found]))
         return
     print("\n".join(sentences(found.search)))
     if not found.thresholds:

@@ -1,4 +1,4 @@
-"""How a derived object came about: the steps from the kinematics to it, with what was multiplied and eliminated.
+"""How a derived object came about: the steps to it, with what was multiplied and what eliminated.
 
 The sentences are made from the derivation's records: which orders met in a product, which equations
 replaced which derivatives.
@@ -37,7 +37,10 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "t3_3": ("tip_3", "mode"),
     "transformed": ("tip_3",),
     "transformed_tip": ("transformed",),
-    **{g: ("f2_3" if g in ("g1", "g2") else "f3_3", "transformed", "X0", "X2", "P0", "P2") for g in ("g1", "g3")},
+    **{
+        g: ("f2_3" if g in ("g1", "g2") else "f3_3", "transformed", "X0", "X2", "P0", "P2")
+        for g in ("g1", "g3")
+    },
     **{g: ("f2_3" if g == "g2" else "f3_3", "transformed") for g in ("g2", "g4")},
     "adjoint": ("mode",),
     "adjoint_clamp": ("adjoint",),
@@ -97,16 +100,20 @@ def _because(name: str, d: Derivation) -> str:
     if name in STRAINS or name in VELOCITIES:
         along = "u" if name in STRAINS else "t"
         pair = {"1": ("e1", "r"), "2": ("e2", "r")}.get(name[-1], ("e2", "e1"))
-        return f"the definition {pair[0]} . d{pair[1]}/d{along} with r = (x, y), e1 = (cos, sin), e2 = (-sin, cos)"
+        frame = "r = (x, y), e1 = (cos, sin), e2 = (-sin, cos)"
+        return f"the definition {pair[0]} . d{pair[1]}/d{along} with {frame}"
     if name in ("F1", "F2", "M"):
-        return f"the derivative of the stored energy along {dict(zip(('F1', 'F2', 'M'), STRAINS, strict=True))[name]}"
+        along = STRAINS[("F1", "F2", "M").index(name)]
+        return f"the derivative of the stored energy along {along}"
     if head in (*STRAINS, *VELOCITIES) and n.isdigit():
         exact = (*d.exact.strains, *d.exact.velocities)[(*STRAINS, *VELOCITIES).index(head)]
         return f"order {n}: {', '.join(_products(exact, int(n)))}, with cos and sin expanded in theta"
     if head == "balance":
         return _balance(int(n))
     if head == "tip":
-        return f"order {n} of (F1, F2, M) = (-force, 0, 0) at u = 1, solved for x', y', theta' with the lower orders"
+        return (
+            f"order {n} of the tip stresses minus the load, solved for x', y', theta' with the lower orders"
+        )
     special = _SPECIAL.get(name)
     return special(d) if special else ""
 
@@ -160,7 +167,7 @@ def _cubic(name: str) -> Callable[[Derivation], str]:
         wave = "|A|^2 A" if name in ("g1", "g3") else "Delta A"
         gone = _eliminated(modes.ring, [raw], modes.interior)
         return (
-            f"coefficient of {wave} e^(i omega tau) in f{row + 1}_3 minus the linear operator on what was subtracted; "
+            f"coefficient of {wave} e^(i omega tau) in f{row + 1}_3, minus M on what was subtracted; "
             f"eliminated: {gone} (second derivatives by mode, X0 and X2, X' by P, Y' by H + nu Theta)"
         )
 
@@ -173,19 +180,27 @@ _SPECIAL: dict[str, Callable[[Derivation], str]] = {
     "mode": lambda d: "y = A Y e^(i omega tau) + c.c., theta = A Theta e^(i omega tau) + c.c. in balance_1",
     "f1_2": lambda d: "what balance_2.1 holds besides order-2 fields, the mode inserted: harmonics 0 and 2",
     "b1_2": lambda d: "what tip_2.1 holds besides order-2 fields, the mode inserted (h2 = theta' = 0 there)",
-    "x2": lambda d: "y and theta are not forced at order 2; x has harmonics 0 and 2 and the detuning's -Delta u/k1",
+    "x2": lambda d: (
+        "y and theta are not forced at order 2; x has harmonics 0 and 2 and the detuning's -Delta u/k1"
+    ),
     "X0": lambda d: "harmonic 0 of balance_2.1 and tip_2.1, the half before + c.c.",
     "X2": lambda d: "harmonic 2 of balance_2.1 and tip_2.1: d/dtau is 2 i omega",
     "P0": lambda d: "harmonic 0 of F1(2) = k1 h1(2), the half before + c.c.",
     "P2": lambda d: "harmonic 2 of F1(2) = k1 h1(2)",
-    "f2_3": lambda d: "what balance_3.2 holds besides order-3 fields, with x(1) = y(2) = theta(2) = 0 and the waves inserted",
+    "f2_3": lambda d: (
+        "what balance_3.2 holds besides order-3 fields, x(1) = y(2) = theta(2) = 0, the waves inserted"
+    ),
     "f3_3": lambda d: "the same of balance_3.3",
-    "transformed": lambda d: "tip_3 is not homogeneous: its part nu theta^3/6 is taken off theta, the rest off y, linearly in u",
+    "transformed": lambda d: (
+        "tip_3 is not homogeneous: its part nu theta^3/6 is taken off theta, the rest off y, linearly in u"
+    ),
     "transformed_tip": lambda d: "the transformed variables in tip_3",
     **{g: _cubic(g) for g in ("g1", "g2", "g3", "g4")},
     "adjoint": lambda d: "Psi^dagger M phi integrated by parts until no derivative of phi is left",
     "adjoint_clamp": lambda d: "what makes the end terms vanish at u = 0 for every phi that obeys the clamp",
-    "adjoint_tip": lambda d: "what makes the end terms vanish at u = 1 for every phi with y' = nu theta, theta' = 0",
+    "adjoint_tip": lambda d: (
+        "what makes the end terms vanish at u = 1 for every phi with y' = nu theta, theta' = 0"
+    ),
     "alpha": lambda d: "int Psi^dagger f = 0: the coefficient of |A|^2 A over that of dA/dT",
     "beta": lambda d: "int Psi^dagger f = 0: the coefficient of Delta A over that of dA/dT",
     "stuart_landau": lambda d: "the solvability condition solved for dA/dT",
@@ -194,6 +209,8 @@ _SPECIAL: dict[str, Callable[[Derivation], str]] = {
     "R_star_squared": lambda d: "dR/dT = 0 with R > 0",
     "stability": lambda d: "d(dR/dT)/dR at R*",
     "sigma": lambda d: "dphi/dT at R*",
-    "A_tip": lambda d: "the tip moves by 2 epsilon R* Y(1) cos(...), Y(1) = 1, and epsilon^2 Delta = force - critical force",
+    "A_tip": lambda d: (
+        "the tip moves by 2 epsilon R* Y(1) cos(...), Y(1) = 1, and epsilon^2 Delta = force - critical force"
+    ),
     "omega_branch": lambda d: "omega + epsilon^2 sigma with epsilon^2 Delta = force - critical force",
 }

@@ -56,11 +56,13 @@ def _point(name: str, parameters: Any, number: int, rod: Any) -> Point:
     threshold = hopf_thresholds(rod).thresholds[number - 1]
     force, omega = threshold.force, threshold.omega
     nodes = nodes_at(parameters, force, omega)
-    mode, adjoint = (f(parameters, force, omega, nodes) for f in (critical_mode, adjoint_mode))
+    mode = critical_mode(parameters, force, omega, nodes)
+    adjoint = adjoint_mode(parameters, force, omega, nodes)
     k1, k2, gamma3, gamma1 = parameters
     nu, mu = kernels.base_state(k1, k2, force)
     constants = {
-        "k1": k1, "k2": k2, "gamma1": gamma1, "gamma3": gamma3, "force": force, "nu": nu, "mu": mu, "omega": omega
+        "k1": k1, "k2": k2, "gamma1": gamma1, "gamma3": gamma3, "force": force, "nu": nu, "mu": mu,
+        "omega": omega,
     }  # fmt: skip
     shapes = {
         ("Y", 0): mode.Y, ("Y", 1): mode.H + nu * mode.Theta, ("H", 0): mode.H, ("Theta", 0): mode.Theta,
@@ -70,7 +72,8 @@ def _point(name: str, parameters: Any, number: int, rod: Any) -> Point:
     shapes["Y", 2] = (1j * omega * mode.Y + mu * mode.Theta_u) / k2
     shapes["Theta", 2] = 1j * gamma3 * omega * mode.Theta - mu * mode.H
     tips = {
-        ("Y", 0): 1.0, ("Theta", 0): mode.Theta_tip, ("Theta", 1): 0.0, ("Y", 1): nu * mode.Theta_tip, ("H", 0): 0.0,
+        ("Y", 0): 1.0, ("Y", 1): nu * mode.Theta_tip, ("H", 0): 0.0,
+        ("Theta", 0): mode.Theta_tip, ("Theta", 1): 0.0,
         ("Psi_Y", 0): adjoint.Psi_Y_tip, ("Psi_Theta", 0): _at_tip(adjoint.Psi_Theta, nodes),
     }  # fmt: skip
     return Point(name, constants, shapes, tips, nodes)

@@ -64,8 +64,8 @@ def _equation(f: Finding, report: Report) -> str:
         f'<tr class="row {_class(f.row.status)}" id="{escape(e.label)}">'
         f'<td class="label">{escape(e.label)}<br><small>line {e.line}</small></td>'
         f'<td><span class="s {_class(f.row.status)}">{f.row.status}</span></td>'
-        f'<td class="formula">{mathml(e.body)}{at}<details><summary>{escape(f.row.reason)}</summary>{_details(f, report)}'
-        "</details></td></tr>\n"
+        f'<td class="formula">{mathml(e.body)}{at}<details><summary>{escape(f.row.reason)}</summary>'
+        f"{_details(f, report)}</details></td></tr>\n"
     )
 
 
@@ -88,7 +88,8 @@ def _details(f: Finding, report: Report) -> str:
 def _cell(c: Cell) -> str:
     method = f" ({c.method})" if c.method else ""
     return (
-        f'<tr class="{c.status}"><td>{escape(c.table)} {escape(c.row)}</td><td>{escape(c.column + method)}</td>'
+        f'<tr class="{c.status}"><td>{escape(c.table)} {escape(c.row)}</td>'
+        f"<td>{escape(c.column + method)}</td>"
         f'<td><span class="s {c.status}">{c.status}</span></td><td>{escape(c.printed)}</td>'
         f"<td>{escape(c.computed)}</td><td>{_digits(c.value)}</td><td>{_digits(c.independent)}</td>"
         f"<td>{c.agreement}</td></tr>\n"
@@ -99,5 +100,3 @@ def _digits(value: complex) -> str:
     if isinstance(value, complex):
         return f"{value.real:.12g} {'-' if value.imag < 0 else '+'} {abs(value.imag):.12g}i"
     return f"{value:.12g}"
-
-

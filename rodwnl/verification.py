@@ -1,8 +1,9 @@
-"""A paper against the theory: its equations (decided by `derivation.paper`) and its tables (computed here)."""
+"""A paper against the theory: equations, which `derivation.paper` decides, and table cells, computed here."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,7 +60,8 @@ def check(
     from derivation.paper import notation as letters
 
     known = _reading(notation, lambda: letters.load(notation or letters.DEFAULT), ReadError)
-    return _reading(tex, lambda: _check(_text(tex), tex, known, only, model), ReadError)
+    report: Report = _reading(tex, lambda: _check(_text(tex), tex, known, only, model), ReadError)
+    return report
 
 
 def _reading(path: Path | None, action: Any, error: type[Exception]) -> Any:
@@ -108,9 +110,12 @@ def _nearby(only: str, labels: tuple[str, ...]) -> str:
 
 
 def _printed(rows: list[NumericRow]) -> tuple[PrintedRow, ...]:
-    return tuple(
-        PrintedRow(row.table, row.name, RodParameters(**row.rod), row.threshold, row.cells) for row in rows
-    )
+    return tuple(PrintedRow(row.table, row.name, _rod(row), row.threshold, row.cells) for row in rows)
+
+
+def _rod(row: NumericRow) -> RodParameters:
+    values = row.rod
+    return RodParameters(values["k1"], values["k2"], values["gamma3"], values.get("gamma1", Fraction(1, 2)))
 
 
 def _corrected(cell: Cell) -> Cell:

@@ -23,8 +23,8 @@ Kind = Literal[
 class Atom:
     """A variable; two with the same description are one object, so that they compare fast.
 
-    ``constant``: parameters, u and t; complex ones have a ``bar``. ``field``: x, y, theta of an order, with its
-    derivatives. ``shape``: a function of u in the ansatz. ``exact``: a quantity before expansion.
+    ``constant``: parameters, u and t; complex ones have a ``bar``. ``field``: x, y, theta of an order, with
+    its derivatives. ``shape``: a function of u in the ansatz. ``exact``: a quantity before expansion.
     ``amplitude``: A(T). ``operator``: a derivative without operand. The rest hold a polynomial, ``arg``.
     ``place``: 0 or 1 for the value there, None at a general u.
     """
@@ -314,7 +314,8 @@ def _rebuilt(a: Atom) -> Poly:
     if a.kind == "exp":
         return exp(a.arg)
     if a.kind == "inverse":
-        return a.arg.inverse()
+        inverse: Poly = a.arg.inverse()
+        return inverse
     return atom(a) if a.kind != "integral" or a.arg else poly(0)
 
 

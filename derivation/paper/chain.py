@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from sympy.polys.rings import PolyElement
 
@@ -95,13 +96,12 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
 def _replaced(low: Lowering, body: Relation, theory: Theory) -> Chain | None:
     chain = chain_of(theory.d)
     quantity = _head(low, body)
-    right = lambda: low.scalar(body.right)
     if quantity in chain.g:
-        return replace(chain, g={**chain.g, quantity: right()})
+        return replace(chain, g={**chain.g, quantity: low.scalar(body.right)})
     if quantity in chain.tension:
-        return replace(chain, tension={**chain.tension, quantity: right()})
+        return replace(chain, tension={**chain.tension, quantity: low.scalar(body.right)})
     if quantity in ("alpha", "beta") and low.names & {"g1", "g2"}:
-        return replace(chain, whole={quantity: right()})
+        return replace(chain, whole={quantity: low.scalar(body.right)})
     rest = _remainder(low)
     if low.names & {"X0", "X2"} and order_of(low) == 0:
         return _correction(chain, rest, low.place)
@@ -120,11 +120,11 @@ def _remainder(low: Lowering) -> Poly:
     return low.theory.insert_waves(reduced(low, p))
 
 
-def _head(low: Lowering, body: Relation) -> str | None:
+def _head(low: Lowering, body: Relation) -> str:
     head = body.left.fn if isinstance(body.left, Apply) else body.left
     while isinstance(head, Prime):
         head = head.arg
-    return low.notation.quantity(head.name) if isinstance(head, Sym) else None
+    return (low.notation.quantity(head.name) if isinstance(head, Sym) else None) or ""
 
 
 def _correction(chain: Chain, rest: Poly, place: int | None) -> Chain | None:
@@ -144,10 +144,10 @@ def _shifted(chain: Chain, rest: Poly, names: set[str], place: int | None) -> Ch
     name = "X2" if double else "X0"
     where = "slope" if place == 1 or any(a.place == 1 for a in rest.atoms) else "forcing"
     table = {**getattr(chain, where), name: getattr(chain, where)[name] - rest}
-    return replace(chain, **{where: table})
+    return replace(chain, slope=table) if where == "slope" else replace(chain, forcing=table)
 
 
-def _second(chain: Chain, rest: Poly, quantity: str | None) -> Chain | None:
+def _second(chain: Chain, rest: Poly, quantity: str) -> Chain | None:
     """An error in f1, b1 or a law of order 2, by its harmonics: printed = derived - rest."""
     if any(a.kind == "field" for a in rest.atoms) or quantity in ("x", "F1"):
         return None
@@ -158,7 +158,7 @@ def _second(chain: Chain, rest: Poly, quantity: str | None) -> Chain | None:
     for name, m, product in (("X0", 0, a * a_bar * 2), ("X2", 2, a**2)):
         part = _without_time(rest.keep(lambda k, m=m: harmonic(k) == m and _has_amplitude(k)))  # type: ignore[misc]
         table[name] = table[name] + part * product.inverse() * (sign if where == "forcing" else -1)
-    return replace(chain, **{where: table})
+    return replace(chain, slope=table) if where == "slope" else replace(chain, forcing=table)
 
 
 def _third(chain: Chain, rest: Poly, low: Lowering, body: Relation, theory: Theory) -> Chain | None:
@@ -210,12 +210,13 @@ def _other_kinematics(low: Lowering, body: Relation, theory: Theory) -> Chain | 
         return "it changes the linear problem, and so the thresholds"
     quantity = low.notation.quantity(head.name)
     printed = _to_ring(theory.canonical(low.scalar(body.right), keep=frozenset({"nu", "mu"})), d)
-    series = [list(d.kinematics.strains), list(d.kinematics.velocities)]
+    series: list[list[Any]] = [list(d.kinematics.strains), list(d.kinematics.velocities)]
     for names, table in zip((STRAINS, VELOCITIES), series, strict=True):
         if quantity in names:
             k = names.index(quantity)
             table[k] = (*table[k][: int(head.order)], printed, *table[k][int(head.order) + 1 :])
-    kinematics = replace(d.kinematics, strains=tuple(series[0]), velocities=tuple(series[1]))
+    (h1, h2, bend), (v1, v2, spin) = series
+    kinematics = replace(d.kinematics, strains=(h1, h2, bend), velocities=(v1, v2, spin))
     hierarchy = build_hierarchy(d.model, d.law, kinematics)
     modes = first_order(hierarchy)
     second = second_order(hierarchy, modes)

@@ -140,11 +140,15 @@ def _changed(node: Node, letters: _Letters, kind: Any, starred: bool = False) ->
     for name, value in _open_fields(node):
         if not isinstance(value, tuple):
             for c in _changed(value, letters, kind, starred):
-                yield c._replace(node=replace(node, **{name: c.node}))
+                yield c._replace(node=_with(node, name, c.node))
             continue
         for k, item in enumerate(value):
             for c in _in_item(item, letters, kind, starred):
-                yield c._replace(node=replace(node, **{name: (*value[:k], c.node, *value[k + 1 :])}))
+                yield c._replace(node=_with(node, name, (*value[:k], c.node, *value[k + 1 :])))
+
+
+def _with(node: Any, name: str, value: Any) -> Any:
+    return replace(node, **{name: value})
 
 
 def _open_fields(node: Node) -> Iterator[tuple[str, Any]]:

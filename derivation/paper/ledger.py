@@ -15,7 +15,15 @@ from typing import Literal
 
 from derivation.errors import ModelError
 from derivation.paper.algebra import (
-    Atom, I, Poly, atom, cleared, constant, exp, harmonic, poly, rational,
+    Atom,
+    I,
+    Poly,
+    cleared,
+    constant,
+    exp,
+    harmonic,
+    poly,
+    rational,
 )  # fmt: skip
 from derivation.paper.lower import Lowering, UndecidedError, UnfitError
 from derivation.paper.notation import Notation
@@ -186,7 +194,7 @@ def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Po
 
 
 def is_identity(low: Lowering) -> bool:
-    """A strain or velocity of some order on its own on the left: a kinematic expansion, for generic fields."""
+    """A strain or velocity of some order alone on the left: a kinematic expansion, for generic fields."""
     body = low.equation.body
     if not (isinstance(body, Relation) and isinstance(body.left, Sym) and body.left.order):
         return False

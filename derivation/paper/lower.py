@@ -15,8 +15,32 @@ from itertools import product
 from derivation.paper.algebra import Atom, I, Poly, atom, constant, exp, poly, rational
 from derivation.paper.notation import Notation
 from derivation.paper.syntax import (
-    Abs, Apply, At, Conj, Dagger, Diff, Dot, Equation, Expr, Func, Int, Matrix, Neg, Node, Num, Power, Prime, Prod,
-    Quot, Relation, Rest, Series, Sum, Sym, Tuple, walk,
+    Abs,
+    Apply,
+    At,
+    Conj,
+    Dagger,
+    Diff,
+    Dot,
+    Equation,
+    Expr,
+    Func,
+    Int,
+    Matrix,
+    Neg,
+    Node,
+    Num,
+    Power,
+    Prime,
+    Prod,
+    Quot,
+    Relation,
+    Rest,
+    Series,
+    Sum,
+    Sym,
+    Tuple,
+    walk,
 )  # fmt: skip
 from derivation.paper.theory import FIELDS, LOADS, ORDERS, STRAINS, STRESSES, VELOCITIES, Theory, integral
 
@@ -41,6 +65,10 @@ UNITS: dict[str, tuple[int, int, int]] = {
     "k3": (0, 1, 0),
 }
 SCALED = ("k1", "k2", "gamma1", "gamma3", "force", "force_c")
+CONSTANTS = {
+    "k1", "k2", "gamma1", "gamma3", "nu", "mu", "epsilon", "Delta", "delta", "alpha", "beta", "R", "R_star",
+    "phase", "phase_0", "sigma", "A_tip",
+}  # fmt: skip
 SHAPES = ("Y", "Theta", "X0", "X2", "Psi_Y", "Psi_Theta")
 COORDINATES = ("u", "t", "tau", "T", "length")
 
@@ -86,16 +114,16 @@ class Lowering:
             return False
         if "R_star" in self.names:
             return False
+        rest: set[str] = set(self.names)
         body = self.equation.body
-        defines = (
+        if (
             isinstance(body, Relation)
             and isinstance(body.left, Sym)
             and self._quantity(body.left)[0] in SCALED
-        )
-        rest = (
-            {self._quantity(s)[0] for s in walk(body.right) if isinstance(s, Sym)} if defines else self.names
-        )  # type: ignore[union-attr]
-        measured = {q for q in rest if q and (q.endswith("_dim") or (q in UNITS and q not in ("u", "t")))}
+        ):
+            found = (self._quantity(s)[0] for s in walk(body.right) if isinstance(s, Sym))
+            rest = {q for q in found if q}
+        measured = {q for q in rest if q.endswith("_dim") or (q in UNITS and q not in ("u", "t"))}
         return bool(measured) and not set(SCALED) & rest
 
     @cached_property
@@ -443,7 +471,7 @@ class Lowering:
             return simple
         vector = self._vector(q)
         if vector is not None:
-            return tuple((p,) for p in vector) if isinstance(vector[0], Poly) else vector  # type: ignore[return-value]
+            return tuple(row if isinstance(row, tuple) else (row,) for row in vector)
         raise UnfitError(f"{s.name} has no meaning on its own")
 
     def _of_order(self, q: str, s: Sym) -> Value:
@@ -456,9 +484,10 @@ class Lowering:
         if q == "any":
             return constant(f"any_{n}")
         values = [self.theory.of_order(c, n, transformed=hatted) for c in components]
-        if any(v is None for v in values):
+        found = tuple((v,) for v in values if v is not None)
+        if len(found) < len(values):
             raise UnfitError(f"{s.name} has no order {n}")
-        return values[0] if q in components else tuple((v,) for v in values)  # type: ignore[return-value]
+        return found[0][0] if q in components else found
 
     def _component(self, q: str, s: Sym, index: tuple[str, ...]) -> Poly:
         if not set(index) <= set(self.indices):
@@ -515,8 +544,7 @@ class Lowering:
         """Numbers and functions that are no vectors."""
         if q == "i":
             return I
-        if q in ("k1", "k2", "gamma1", "gamma3", "nu", "mu", "epsilon", "Delta", "alpha", "beta", "R", "R_star",
-                 "phase", "phase_0", "sigma", "A_tip", "delta"):  # fmt: skip
+        if q in CONSTANTS:
             return constant(q)
         if q in ("H", "P0", "P2"):
             return self.theory.shapes[q]
@@ -540,7 +568,7 @@ class Lowering:
 
     def _vector(self, q: str) -> tuple[Poly, ...] | Array | None:
         theory = self.theory
-        x, y, theta, cos, sin = (atom(Atom("exact", f)) for f in (*FIELDS, "cos", "sin"))
+        x, y, cos, sin = (atom(Atom("exact", f)) for f in ("x", "y", "cos", "sin"))
         zero, one = poly(0), poly(1)
         length = self._scale("u")
         if q == "G":

@@ -34,7 +34,8 @@ from derivation.paper.typeset import ATOM, PRODUCT, SCRIPT, SUM, number_text
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ϵ", "varepsilon": "ε", "zeta": "ζ",
-    "eta": "η", "theta": "θ", "iota": "ι", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π",
+    "eta": "η", "theta": "θ", "iota": "ι", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ",
+    "pi": "π",
     "rho": "ρ", "sigma": "σ", "tau": "τ", "upsilon": "υ", "phi": "ϕ", "varphi": "φ", "chi": "χ", "psi": "ψ",
     "omega": "ω", "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
     "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω", "ell": "ℓ",
@@ -111,17 +112,28 @@ def _markup(node: Node) -> tuple[str, int]:
             return _derivative(node)
         case Int(arg, var, lower, upper):
             limits = f"<msubsup>{_op('∫')}<mrow>{_shown(lower)}</mrow><mrow>{_shown(upper)}</mrow></msubsup>"
-            return _row(limits, "<mi mathvariant='normal'>d</mi>", _symbol(var), "<mspace width='0.2em'/>", _shown(arg)), SUM
+            return _row(
+                limits,
+                "<mi mathvariant='normal'>d</mi>",
+                _symbol(var),
+                "<mspace width='0.2em'/>",
+                _shown(arg),
+            ), SUM
         case Series(arg, index, lower, upper):
             below = _row(_symbol(index), _op("="), _shown(lower))
-            return _row(f"<munderover>{_op('∑')}{below}<mrow>{_shown(upper)}</mrow></munderover>", _shown(arg, PRODUCT)), PRODUCT
+            return _row(
+                f"<munderover>{_op('∑')}{below}<mrow>{_shown(upper)}</mrow></munderover>",
+                _shown(arg, PRODUCT),
+            ), PRODUCT
         case Apply(fn, args):
             inside = _op(",").join(_shown(a) for a in args)
             return _row(_shown(fn, SCRIPT), _bracket("("), inside, _bracket(")")), ATOM
         case At(arg, place):
             return _script(_row(_shown(arg, PRODUCT), _op("|")), sub=_shown(place)), ATOM
         case Matrix(rows):
-            cells = "".join("<mtr>" + "".join(f"<mtd>{_shown(e)}</mtd>" for e in row) + "</mtr>" for row in rows)
+            cells = "".join(
+                "<mtr>" + "".join(f"<mtd>{_shown(e)}</mtd>" for e in row) + "</mtr>" for row in rows
+            )
             return _row(_op("["), f"<mtable>{cells}</mtable>", _op("]")), ATOM
         case Tuple(items, weight):
             inside = _row(_bracket("("), _op(",").join(_shown(i) for i in items), _bracket(")"))
@@ -167,7 +179,9 @@ def _derivative(node: Diff) -> tuple[str, int]:
     below = _row("<mi mathvariant='normal'>d</mi>", _script(_symbol(node.var), sup=power))
     if node.arg is None or not isinstance(node.arg, Sym):
         fraction = f"<mfrac>{d}{below}</mfrac>"
-        return (fraction if node.arg is None else _row(fraction, _op("("), _shown(node.arg), _op(")"))), SCRIPT
+        return (
+            fraction if node.arg is None else _row(fraction, _op("("), _shown(node.arg), _op(")"))
+        ), SCRIPT
     return f"<mfrac>{_row(d, _symbol(node.arg))}{below}</mfrac>", ATOM
 
 
@@ -186,7 +200,7 @@ def _letter(base: str) -> str:
             return f"<mi mathvariant='normal'>{escape(inner)}</mi>"
         if accent in OVER:
             return f"<mover accent='true'>{_letter(inner)}{_op(OVER[accent])}</mover>"
-        return f"<mi mathvariant='bold-italic' style='font-weight:bold'>{escape(GREEK.get(inner[1:], inner))}</mi>"
+        return f"<mi style='font-weight: bold'>{escape(GREEK.get(inner[1:], inner))}</mi>"
     return f"<mi>{escape(GREEK.get(base[1:], base) if base.startswith(chr(92)) else base)}</mi>"
 
 

@@ -1,8 +1,8 @@
 """Does the ledger see errors? Every decidable equation is edited as people err, and the ledger must notice.
 
 An edit is *equivalent* when it leaves the statement as it was: modulo the conditions of lower orders, the new
-left minus right is a constant times the old one or its conjugate. All others change the meaning and must be reported on the edited row and on no
-other.
+left minus right is a constant times the old one or its conjugate. All others change the meaning and must be
+reported on the edited row and on no other.
 """
 
 from __future__ import annotations
@@ -74,4 +74,29 @@ def _proportional(p: Poly, q: Poly) -> bool:
     return len(ratios) <= 1
 
 
-__all__ = ["Mutant", "mutants"]
+def main() -> int:
+    """All edits of the bundled equations; the score, and what was missed."""
+    from collections import Counter
+    from pathlib import Path
+
+    from derivation.paper.notation import load
+    from derivation.paper.read import read
+    from derivation.paper.typeset import latex
+    from derivation.pipeline import derive
+
+    notation = load()
+    text = Path(__file__).with_name("equations.tex").read_text(encoding="utf-8")
+    score: Counter[str] = Counter()
+    for m in mutants(read(text, notation).equations, notation, Theory(derive())):
+        score[m.outcome] += 1
+        if m.outcome == "missed":
+            print(f"missed: {m.label}, {m.edit.kind}: {latex(m.edit.equation.body)}")
+    changing = score["reported"] + score["missed"]
+    print(
+        f"{score['reported']} of {changing} edits reported, {score['equivalent']} more leave the meaning as it is"
+    )
+    return 1 if score["missed"] else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

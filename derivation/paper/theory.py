@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 from sympy import QQ_I, Expr
 from sympy.polys.rings import PolyElement
@@ -15,11 +16,11 @@ from sympy.polys.rings import PolyElement
 from derivation.errors import ModelError
 from derivation.jets import from_expr, jet_ring
 from derivation.paper.algebra import (
-    U,
     Atom,
     I,
     Monomial,
     Poly,
+    U,
     atom,
     constant,
     exp,
@@ -257,7 +258,9 @@ class Theory:
         rate = I * constant("omega")
         bulk = poly(0)
         for k, (name, row) in enumerate(zip(("Y", "Theta"), self.d.adjoint.primal, strict=True), 1):
-            slope = self.by_force(from_ring(row)) - rate * self.by_force(self.weights[k]) * atom(Atom("shape", name))
+            slope = self.by_force(from_ring(row)) - rate * self.by_force(self.weights[k]) * atom(
+                Atom("shape", name)
+            )
             bulk += atom(Atom("shape", f"Psi_{name}", bar=True)) * slope
         theta, psi = atom(Atom("shape", "Theta", place=1)), atom(Atom("shape", "Psi_Y", bar=True, place=1))
         end = constant("k2") * psi * self.by_force(constant("nu")) * theta
@@ -299,11 +302,8 @@ class Theory:
             ((a, _),) = m
             rules[a.replace(place=1)] = from_ring(value).at(1)
             if a.order == 1 and a.name != "x":  # the mode obeys the conditions of order 1
-                shape = {"y": "Y", "theta": "Theta"}
-                rules[Atom("shape", shape[a.name], u=a.u, place=1)] = (
-                    from_ring(value)
-                    .map(lambda b: atom(Atom("shape", shape[b.name], u=b.u)) if b.kind == "field" else None)
-                    .at(1)
+                rules[_of_mode(a).replace(place=1)] = (
+                    from_ring(value).map(lambda b: atom(_of_mode(b)) if b.kind == "field" else None).at(1)
                 )
         for n in ORDERS:
             rules |= {Atom("field", f, n, place=0): poly(0) for f in FIELDS}
@@ -352,9 +352,7 @@ class Theory:
         names = (*STRAINS, *VELOCITIES, *STRESSES)
         h1, h2, bend, _, _, _, f1, f2, _ = (atom(Atom("exact", q)) for q in names)
         turning = (bend * f2, -bend * f1, h2 * f1 - h1 * f2)
-        rules = {
-            Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag, turning, strict=True)
-        }
+        rules = {Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag, turning, strict=True)}
         rules |= {Atom("exact", f, place=1): load for f, load in zip(STRESSES, self.tip_load, strict=True)}
         rules |= {Atom("exact", f, place=0): poly(0) for f in FIELDS}
         stress = {Atom("exact", f): law for f, law in zip(STRESSES, self.stress_law, strict=True)}
@@ -440,6 +438,11 @@ class Theory:
         )
 
 
+def _of_mode(a: Atom) -> Atom:
+    """The shape in the place of a transverse field of order 1."""
+    return Atom("shape", {"y": "Y", "theta": "Theta"}[a.name], u=a.u)
+
+
 def _exact(p: Poly) -> Poly:
     """The quantities of a law as the exact ones."""
     names = (*STRAINS, *VELOCITIES, "cos", "sin", "theta")
@@ -448,10 +451,10 @@ def _exact(p: Poly) -> Poly:
 
 def integral(p: Poly) -> Poly:
     """int_0^1 p du as a sum of constants times integrals of single products: linear, hence decidable."""
-    total = []
+    total: list[tuple[Monomial, Any]] = []
     for m, c in p.terms.items():
         inside = frozenset(
-            (a, e) for a, e in m if a == U or a.kind in ("shape", "field", "exact") and a.place is None
+            (a, e) for a, e in m if a == U or (a.kind in ("shape", "field", "exact") and a.place is None)
         )
         unit = Poly({inside: QQ_I.one})
         total += (Poly({m - inside: c}) * atom(Atom("integral", arg=unit))).terms.items()

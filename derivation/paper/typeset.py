@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
@@ -52,7 +51,7 @@ def _latex(node: Node) -> tuple[str, int]:
     match node:
         case Num(None):
             return r"\infty", ATOM
-        case Num(Fraction() as value):
+        case Num(value) if value is not None:
             return _number(value)
         case Sym(_, _, order):
             return node.name + (f"^{{({order})}}" if order else ""), SCRIPT if order else ATOM
@@ -131,7 +130,7 @@ def _sum(terms: tuple[Expr, ...]) -> str:
 
 
 def _factor(node: Expr, last: bool) -> str:
-    if not last and isinstance(node, (Series, Func)) or (isinstance(node, Diff) and not last):
+    if (not last and isinstance(node, (Series, Func))) or (isinstance(node, Diff) and not last):
         return latex(node, ATOM) if isinstance(node, Series) else _latex(node)[0]
     return latex(node, SCRIPT)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from derivation.paper.ledger import Row, grouped, ledger, stage_of
+from derivation.paper.lower import Lowering, UndecidedError, UnfitError
 from derivation.paper.notation import Notation
 from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
 from derivation.paper.repair import Repair, repair
-from derivation.paper.lower import Lowering, UndecidedError, UnfitError
 from derivation.paper.syntax import Apply, Equation, Expr, Relation, Sym
 from derivation.paper.theory import FIELDS, Theory
 from derivation.paper.typeset import formula, latex, tree

@@ -37,7 +37,7 @@ def command(
     ] = None,
     json: Json = False,
 ) -> int:
-    """Decide every equation of a LaTeX source: it follows from the exact kinematics, or by how much it does not.
+    """Decide every equation of a LaTeX source: it follows from the exact kinematics, or how it fails to.
 
     Exit code 1 if an equation, or a table cell that is not a reviewed erratum, differs.
     """
@@ -73,7 +73,7 @@ def _print_ledger(report: "Report") -> None:
     print_table(["equations", *STATUSES], lines, title=report.source)
     tables = dict.fromkeys(c.table for c in report.cells)
     if tables:
-        cells = {t: [c.status for c in report.cells if c.table == t] for t in tables}
+        cells: dict[str, list[str]] = {t: [c.status for c in report.cells if c.table == t] for t in tables}
         print_table(
             ["cells", *report.cell_counts],
             [[t, *(str(found.count(s)) for s in report.cell_counts)] for t, found in cells.items()],

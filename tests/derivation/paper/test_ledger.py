@@ -24,11 +24,12 @@ from derivation.solvability import solvability
 #: One display of each kind of comparison: exact laws, units, operators, expansions, conditions at both ends,
 #: forcings by harmonics, corrections, transformed variables, cubic forcing, adjoint, integrals, amplitude.
 REPRESENTATIVE = (
-    "eq:definitions", "eq:drag", "eq:clamping", "eq:dimensionlessconstitutive", "inline nu", "eq:linearization",
-    "eq:inner product", "eq:strainquadratic", "eq:velocityquadratic", "eq:dynamicsquadratic", "eq:followerquadratic",
-    "eq:longitudinalforcingBC", "eq:longitudinalODE", "eq:ODEBCs", "after eq:pdefinitions", "eq:followercubic_geom",
-    "eq:cubic_transform", "after eq:cubicforcing", "after eq:adjoint_eigenproblem", "eq:fredholm_condition",
-    "eq:SL", "eq:saturated_amplitude", "eq:tipamplitude", "after eq:stuart_landau/4", "after eq:stuart_landau/5",
+    "eq:definitions", "eq:drag", "eq:clamping", "eq:dimensionlessconstitutive", "inline nu",
+    "eq:linearization", "eq:inner product", "eq:strainquadratic", "eq:velocityquadratic",
+    "eq:dynamicsquadratic", "eq:followerquadratic", "eq:longitudinalforcingBC", "eq:longitudinalODE",
+    "eq:ODEBCs", "after eq:pdefinitions", "eq:followercubic_geom", "eq:cubic_transform",
+    "after eq:cubicforcing", "after eq:adjoint_eigenproblem", "eq:fredholm_condition", "eq:SL",
+    "eq:saturated_amplitude", "eq:tipamplitude", "after eq:stuart_landau/4", "after eq:stuart_landau/5",
 )  # fmt: skip
 
 
@@ -61,7 +62,7 @@ def test_every_error_is_reported_on_its_row_alone(label, paper, notation, theory
 @pytest.mark.parametrize(
     ("text", "status"),
     [
-        (r"h_1^{(2)} = \partial_u x^{(2)} + \theta^{(1)}\partial_u y^{(1)} - \frac12 \nu \theta^{(1)}\theta^{(1)}",
+        (r"h_1^{(2)} = \partial_u x^{(2)} + \theta^{(1)}(\partial_u y^{(1)} - \frac12 \nu \theta^{(1)})",
          "verified"),  # the printed form with h_2 written out
         (r"F_1^{(1)} = \tilde k_1 \partial_u x^{(1)}", "verified"),
         (r"\lambda = 2", "differs"),
@@ -91,12 +92,16 @@ def test_the_same_in_other_letters(notation, theory):
 @pytest.mark.parametrize(
     ("text", "kind", "edit"),
     [
-        (r"g_4 = \frac{\mu}{\tilde k_1}(\Theta - \Theta(1)) - (1 - \frac{\tilde k_2}{\tilde k_1}) H", "sign", "for -"),
+        (r"g_4 = \frac{\mu}{\tilde k_1}(\Theta - \Theta(1)) - (1 - \frac{\tilde k_2}{\tilde k_1}) H",
+         "sign", "for -"),
         (r"\Pi^{(3)} = 2\partial_u\theta^{(3)}", "factor", "for 2"),
-        (r"P_2 = \tilde k_1 (X_2' + \Theta H + \frac{1}{3}\nu\Theta^2)", "number", r"\frac{1}{2} for \frac{1}{3}"),
-        (r"P_0 = \tilde k_1 (X_0' + \Theta H + \frac{1}{2}\nu|\Theta|^2)", "added conjugate", r"\Theta^* for \Theta"),
+        (r"P_2 = \tilde k_1 (X_2' + \Theta H + \frac{1}{3}\nu\Theta^2)",
+         "number", r"\frac{1}{2} for \frac{1}{3}"),
+        (r"P_0 = \tilde k_1 (X_0' + \Theta H + \frac{1}{2}\nu|\Theta|^2)",
+         "added conjugate", r"\Theta^* for \Theta"),
         (r"v_1^{(2)} = \partial_\tau x^{(2)}", "missing term", r"\theta^{(1)} \partial_{\tau} y^{(1)}"),
-        (r"\tilde\gamma_1 \partial_\tau x^{(1)} = \tilde k_2 \partial_u^2 x^{(1)}", "symbol", r"\tilde{k}_1 for"),
+        (r"\tilde\gamma_1 \partial_\tau x^{(1)} = \tilde k_2 \partial_u^2 x^{(1)}",
+         "symbol", r"\tilde{k}_1 for"),
         (r"P_2 = \tilde k_1 (X_2 + \Theta H + \frac{1}{2}\nu\Theta^2)", "lost prime", "X_2' for X_2"),
     ],
 )  # fmt: skip
@@ -165,7 +170,7 @@ def test_a_wrong_sign_in_the_kinematics_turns_the_ledger_red(paper, notation):
     [
         (r"g_2 = \frac{i\omega_c}{\tilde k_1}\Theta(1) u", "g"),
         (r"P_2 = \tilde k_1 X_2'", "tension"),
-        (r"\tilde k_1 X_2'' = 2 i\omega_c\tilde\gamma_1 X_2 + \Theta(i\omega_c\tilde\gamma_1 Y - \tilde k_1 Y'')",
+        (r"\tilde k_1 X_2'' = 2 i\omega_c\tilde\gamma_1 X_2 + \Theta (i\omega_c\tilde\gamma_1 Y)",
          "forcing"),
         (r"X_0'(1) = -\nu |\Theta(1)|^2", "slope"),
     ],

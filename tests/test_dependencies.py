@@ -15,7 +15,7 @@ MODULES = {
     for package in ("derivation", "generated", "rodwnl")
     for path in (ROOT / package).rglob("*.py")
 }
-DERIVING = {"rodwnl.commands.derive", "rodwnl.commands.verify", "rodwnl.models"}
+DERIVING = {"rodwnl.commands.derive", "rodwnl.commands.export", "rodwnl.commands.verify", "rodwnl.models"}
 
 
 @cache

@@ -151,6 +151,11 @@ def _require_distinct(where: str, names: Iterable[str]) -> None:
         raise EmissionError(f"{where}: two names become {', '.join(twice)} in this language")
 
 
+def words(text: str) -> frozenset[str]:
+    """The words of a text."""
+    return frozenset(text.split())
+
+
 JAX = Language(
     "jax",
     notation.JAX,
@@ -164,10 +169,10 @@ JULIA = Language(
     notation.JULIA,
     title=lambda name: name.title().replace("_", ""),
     escapes=(("\\", "\\\\"), ("$", r"\$"), ('"', r"\"")),
-    reserved=frozenset(
+    reserved=words(
         "baremodule begin break catch const continue do else elseif end export false finally for function "
         "global if import in isa let local macro module quote return struct true try using while where "
-        "im pi conj sin cos exp sqrt".split()
+        "im pi conj sin cos exp sqrt"
     ),
 )
 
@@ -183,10 +188,10 @@ C = Language(
     only=("return ", ";"),
     together="",
     escapes=(("*/", "* /"), ("/*", "/ *")),
-    reserved=frozenset(
+    reserved=words(
         "auto break case char const continue default do double else enum extern float for goto if inline int "
         "long register restrict return short signed sizeof static struct switch typedef union unsigned void "
-        "volatile while complex imaginary I conj sin cos exp sqrt rodwnl_number rodwnl_power".split()
+        "volatile while complex imaginary I conj sin cos exp sqrt rodwnl_number rodwnl_power"
     ),
 )
 

@@ -112,7 +112,7 @@ def _in_squares(node: Node, notation: Notation) -> Node:
 
 
 def camel_case(name: str) -> str:
-    """Theta_bar_u as thetaBarU: an underscore is a pattern in the Wolfram language, and capitals are its own."""
+    """Theta_bar_u as thetaBarU: to Mathematica an underscore is a pattern, and capitals begin its own names."""
     first, *others = name.split("_")
     return first[:1].lower() + first[1:] + "".join(part[:1].upper() + part[1:] for part in others)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,19 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 Rods = tuple[Real, Real, Real]  # k1, k2, gamma3
+R = TypeVar("R", bound="Rows")
 
-FIRST_LINES = 13  # of the scan in the force, at Fmax (m/12)²
-BLOCK = 512  # lines
-POINTS = 16  # on a line
+FIRST_LINES = 11  # of the scan in the force, at Fmax (m/10)²
+POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
+RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
+BLOCK = 2048  # points of lines, or of jets: temporary arrays of 32 kB are reused by the allocator, larger ones are not
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
 WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integer; the value if it is none
 MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
 MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
-CONVERGED, MOST_STEPS = 1e-9, 12  # a Newton step below CONVERGED leaves an error of its square
+MOST_STEPS = 12  # of Newton's method
+ROUGHLY, CONVERGED = 1e-4, 1e-11  # a relative step that leaves an error of about its square
 
 
 # ---- the characteristic function
@@ -157,16 +160,36 @@ def exponents(rods: Rods, force: Real, omega: Real) -> Complex:
 
 def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
     """The scaled D and its derivatives: (D, D_F, D_λ)."""
-    unit = np.eye(2)[..., None]
-    D: Jet = characteristic(rods, Jet(force, unit[0]), Jet(lam, unit[1])).scaled
-    return D.value, D.slopes[0], D.slopes[1]
+    D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
+    by_force, by_lam = np.eye(2)[..., None]
+    for i in range(0, len(lam), BLOCK // 4):
+        part = slice(i, i + BLOCK // 4)
+        at = Jet(force[part], by_force), Jet(lam[part], by_lam)
+        value: Jet = characteristic(_rods_at(rods, part), *at).scaled
+        D[part], D_F[part], D_lam[part] = value.value, *value.slopes
+    return D, D_F, D_lam
 
 
 # ---- one line F = const
 
 
+class Rows:
+    """A record whose fields are arrays of one length."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __getitem__(self, which: Any) -> Self:
+        return type(self)(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
+
+
+def joined(parts: Sequence[R]) -> R:
+    """Records of one kind end to end."""
+    names = parts[0].__dataclass_fields__
+    return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
 @dataclass(frozen=True)
-class Lines:
+class Lines(Rows):
     """n lines F = const of given rods.
 
     rod (n,): which rod. force (n,). pairs (n,): number of unstable pairs. near (n,): whether the pair of `guess` is
@@ -180,21 +203,20 @@ class Lines:
     near: Mask
     guess: Complex
 
-    def __getitem__(self, which: Any) -> Lines:
-        return Lines(*(getattr(self, name)[which] for name in self.__dataclass_fields__))
-
-
-def joined(parts: Sequence[Any]) -> Any:
-    """Records of one kind whose fields are arrays, end to end."""
-    names = parts[0].__dataclass_fields__
-    return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
 
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable pairs at these forces (n,) of the rods with these indices (n,)."""
     here = _rods_at(rods, rod)
-    blocks = [slice(i, i + BLOCK) for i in range(0, len(rod), BLOCK)]
-    seen = joined([_phase(_rods_at(here, block), force[block]) for block in blocks])
+    highest = _highest(here, force)
+    enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest)
+    groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
+    blocks = [
+        (points, group[i : i + BLOCK // points])
+        for points, group in groups
+        for i in range(0, len(group), BLOCK // points)
+    ]
+    parts = [_phase(_rods_at(here, part), force[part], highest[part], points) for points, part in blocks]
+    seen = joined(parts)[np.argsort(np.concatenate([part for _, part in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
     lam, _ = follow(_rods_at(here, lost), force[lost], seen.guess[lost])
@@ -208,7 +230,7 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
 
 
 @dataclass(frozen=True)
-class Phase:
+class Phase(Rows):
     """What the phase of D shows on n lines; see `Lines`.
 
     lost (n,): the pair of `guess`, between ω = low and ω = high, is so close to the axis that its turn has no
@@ -227,7 +249,14 @@ class Phase:
     other_near: Mask
 
 
-def _phase(rods: Rods, force: Real) -> Phase:
+def _highest(rods: Rods, force: Real) -> Real:
+    """The wave number at which a line ends: beyond it D is its dominant term."""
+    k1, k2, _ = rods
+    nu = 1 - force / k1
+    return np.maximum(8.0, 1.5 * np.sqrt((nu + force / k2) * force))
+
+
+def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by 2π a pair.
 
     The points lie at the wave numbers q of ω = k2 q⁴/(μν + q²(1 + k2γ3)), about the rate at which a wave of number
@@ -237,8 +266,7 @@ def _phase(rods: Rods, force: Real) -> Phase:
     F = force[:, None]
     nu = 1 - F / k1
     mu = k2 * nu + F
-    highest = np.maximum(8.0, 1.5 * np.sqrt(mu * F / k2))
-    q2 = highest ** (2 * np.arange(POINTS) / (POINTS - 1))
+    q2 = highest[:, None] ** (2 * np.arange(points) / (points - 1))
     omega = k2 * q2 * q2 / (mu * nu + q2 * (1 + k2 * gamma3))
     D = characteristic((k1, k2, gamma3), F, 1j * omega)
     turns = np.angle(D.scaled[:, 1:] * np.conj(D.scaled[:, :-1]))
@@ -263,19 +291,19 @@ def _phase(rods: Rods, force: Real) -> Phase:
 
 
 def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
-    """The eigenvalue near the guess at this force and its slope dλ/dF, by Newton's method; NaN where it does not settle."""
+    """Roughly the eigenvalue near the guess at this force and dλ/dF, by Newton's method; NaN where it does not settle."""
     lam, slope = np.full((2, len(force)), np.nan + 0j)
-    open_ = np.flatnonzero(_plausible(guess))
-    here = guess[open_]
+    active = np.flatnonzero(_plausible(guess))
+    here = guess[active]
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(_rods_at(rods, open_), force[open_], here)
-        here = here - D / D_lam
-        settled = np.abs(D / D_lam) <= CONVERGED * np.abs(here)
-        lam[open_[settled]] = here[settled]
-        slope[open_[settled]] = (-D_F / D_lam)[settled]
+        D, D_F, D_lam = jet(_rods_at(rods, active), force[active], here)
+        step = D / D_lam
+        here = here - step
+        settled = np.abs(step) <= ROUGHLY * np.abs(here)
+        lam[active[settled]], slope[active[settled]] = here[settled], (-D_F / D_lam)[settled]
         going = ~settled & _plausible(here)
-        open_, here = open_[going], here[going]
-        if not open_.size:
+        active, here = active[going], here[going]
+        if not active.size:
             break
     return lam, slope
 
@@ -317,11 +345,12 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     halved. Where two pairs or more are unstable at both ends no pair is followed.
     """
     count = len(max_force)
-    grid = max_force[:, None] * np.linspace(0, 1, FIRST_LINES) ** 2
-    rod = np.broadcast_to(np.arange(count)[:, None], grid.shape)
-    known = lines(rods, rod.ravel(), grid.ravel())
-    number = np.arange(grid.size).reshape(grid.shape)
-    left, right = known[number[:, :-1].ravel()], known[number[:, 1:].ravel()]
+    rod, parts = np.arange(count), np.linspace(0, 1, FIRST_LINES)[1:] ** 2
+    unloaded = Lines(
+        rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
+    )
+    loaded = lines(rods, np.tile(rod, len(parts)), np.outer(parts, max_force).ravel())
+    right, left = loaded, joined([unloaded, loaded[: -count or None]])
     found: list[tuple[Any, ...]] = []
     hopeless: set[int] = set()
     for _ in range(MOST_BISECTIONS):
@@ -348,56 +377,64 @@ def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...
     """Per interval whether it is understood, and the crossings on those that are."""
     fewest, most = np.minimum(left.pairs, right.pairs), np.maximum(left.pairs, right.pairs)
     crosses = (fewest == 0) & (most == 1)
-    # A pair near the axis must be seen to keep its side; of an unstable one this matters only if it is the only one.
-    from_left = np.where(crosses, left.pairs == 1, left.near & (left.pairs < 2))
-    from_right = np.where(crosses, right.pairs == 1, right.near & (right.pairs < 2))
     understood = (fewest > 0) | (most < 2)
-    for start, end, asked in ((left, right, from_left), (right, left, from_right)):
+    lam, slope = np.full((2, len(most)), np.nan + 0j)
+    for start, end in ((left, right), (right, left)):
+        # The pair that crosses is followed from where it is unstable. Any other near the axis must be seen to keep
+        # its side; an unstable one only if it is the only one.
+        asked = np.where(crosses, start.pairs == 1, start.near & (start.pairs < 2))
         i = np.flatnonzero(asked & understood)
-        understood[i] &= _understood(rods, start[i], end[i], crosses[i])
+        understood[i], lam[i], slope[i] = _understood(rods, start[i], end[i], crosses[i])
     which = np.flatnonzero(understood & crosses)
-    understood[which], crossings = _crossings(rods, left[which], right[which])
+    understood[which], crossings = _crossings(rods, left[which], right[which], lam[which], slope[which])
     return understood, crossings
 
 
-def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> Mask:
-    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once."""
+def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Mask, Complex, Complex]:
+    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once; the pair at the
+    start with its slope.
+    """
     here, step = _rods_at(rods, start.rod), end.force - start.force
     lam, slope = follow(here, start.force, start.guess)
     then, slope_then = follow(here, end.force, lam + step * slope)
     change = then - lam
-    smooth = np.abs(change - step * (slope + slope_then) / 2) < np.abs(change) / 2 + np.abs(lam) * CONVERGED
+    smooth = np.abs(change - step * (slope + slope_then) / 2) < np.abs(change) / 2 + np.abs(lam) * ROUGHLY
     # Bernstein coefficients of the cubic Hermite interpolant of Re λ
     path = np.stack([lam, lam + step * slope / 3, then - step * slope_then / 3, then]).real
-    expected = np.where(start.pairs > 0, 1, -1)
-    keeps = np.min(path * expected, axis=0) > MARGIN * np.ptp(path, axis=0)
-    signs = path * expected > 0
+    own = path * np.where(start.pairs > 0, 1, -1)
+    keeps = np.min(own, axis=0) > MARGIN * np.ptp(path, axis=0)
+    signs = own > 0
     once = signs[0] & ~signs[3] & (np.diff(signs, axis=0).sum(axis=0) == 1)
-    return smooth & np.where(crosses, once, keeps)
+    return smooth & np.where(crosses, once, keeps), lam, slope
 
 
-def _crossings(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...]]:
-    """Newton's method for D(F, iω) = 0, F and ω real, on intervals that hold one crossing each.
+def _crossings(
+    rods: Rods, left: Lines, right: Lines, lam: Complex, slope: Complex
+) -> tuple[Mask, tuple[Any, ...]]:
+    """Newton's method for D(F, iω) = 0, F and ω real, on intervals that hold one crossing each, of the pair that has this
+    λ and slope where it is unstable.
 
     With dλ/dF = −D_F/D_λ:  D + D_F dF + i D_λ dω = 0  is  (dλ/dF) dF − i dω = D/D_λ.
     """
     rods = _rods_at(rods, left.rod)
     rises = right.pairs == 1
     force = np.where(rises, right.force, left.force)
-    lam, slope = follow(rods, force, np.where(rises, right.guess, left.guess))
     first = np.clip(-lam.real / slope.real, left.force - force, right.force - force)
-    omega, force = (lam + first * slope).imag, force + first
-    residual = np.full(len(force), np.inf)
+    omega, force, slope = (lam + first * slope).imag, force + first, slope.copy()
+    residual, active = np.full(len(force), np.inf), np.arange(len(force))
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(rods, force, 1j * omega)
-        slope, offset = -D_F / D_lam, D / D_lam
-        step = offset.real / slope.real
-        turn = slope.imag * step - offset.imag
-        force, omega = force + step, omega + turn
-        residual = np.abs(step) / np.abs(force) + np.abs(turn) / np.abs(omega)
-        if np.all((residual < 1e-13) | ~np.isfinite(residual)):
+        D, D_F, D_lam = jet(_rods_at(rods, active), force[active], 1j * omega[active])
+        by_force, offset = -D_F / D_lam, D / D_lam
+        step = offset.real / by_force.real
+        turn = by_force.imag * step - offset.imag
+        force[active] += step
+        omega[active] += turn
+        slope[active] = by_force
+        residual[active] = np.abs(step) / np.abs(force[active]) + np.abs(turn) / np.abs(omega[active])
+        active = active[residual[active] > CONVERGED]
+        if not active.size:
             break
     inside = (left.force <= force) & (force <= right.force) & (omega > 0)
-    settled = (residual < CONVERGED) & inside & ((slope.real > 0) == rises)
+    settled = (residual <= CONVERGED) & inside & ((slope.real > 0) == rises)
     parts = (left.rod, force, omega, slope, residual)
     return settled, tuple(part[settled] for part in parts)

@@ -3,12 +3,14 @@ PYTHON ?= python3.11
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+RODS   ?= 10000
+SHARDS ?= 2
 
 # One BLAS thread: the matrices are small, and a second thread makes their factorisations slower.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: reproduce test lint format generate
+.PHONY: reproduce test lint format generate fuzz
 
 reproduce: $(READY)
 	$(BIN)/rodwnl reproduce
@@ -24,6 +26,11 @@ lint: $(READY)
 format: $(READY)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+# Random rods, float64 against exact; rods that random-rods/ holds already are not computed again.
+fuzz: $(READY)
+	seq $(SHARDS) | xargs -P $(SHARDS) -I{} $(BIN)/python -m rodwnl.agreement --count $(RODS) --shard {}/$(SHARDS)
+	$(BIN)/python -m rodwnl.agreement --count 0
 
 generate: $(READY)
 	$(BIN)/rodwnl derive

@@ -173,7 +173,9 @@ def _last(
         before, after = point.X[-2] - stop, new.X[-2] - stop
         if before * after < 0 or after == 0:
             weight = before / (before - after)
-            return end, solve_at(system, point.X + weight * (new.X - point.X), -2, stop)
+            edge = solve_at(system, point.X + weight * (new.X - point.X), -2, stop)
+            # solve_at points towards larger forces; the branch may come the other way
+            return end, replace(edge, tangent=np.sign(new.X[-2] - point.X[-2]) * edge.tangent)
     return None
 
 

@@ -10,7 +10,7 @@ SHARDS ?= 2
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: reproduce test lint format generate fuzz
+.PHONY: reproduce test lint format generate fuzz mutants
 
 reproduce: $(READY)
 	$(BIN)/rodwnl reproduce
@@ -31,6 +31,10 @@ format: $(READY)
 fuzz: $(READY)
 	seq $(SHARDS) | xargs -P $(SHARDS) -I{} $(BIN)/python -m rodwnl.agreement --count $(RODS) --shard {}/$(SHARDS)
 	$(BIN)/python -m rodwnl.agreement --count 0
+
+# Errors of the kinds that people make, in every equation of the paper: the ledger must see each.
+mutants: $(READY)
+	$(BIN)/python -m derivation.paper.mutants
 
 generate: $(READY)
 	$(BIN)/rodwnl derive

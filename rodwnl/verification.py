@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rodwnl.errors import InputError
 from rodwnl.parameters import RodParameters
-from rodwnl.tables import Cell, PrintedRow, compare_rows
+from rodwnl.tables import Cell, PrintedRow, compare_rows, compared_rows, printed_rows
 
 if TYPE_CHECKING:
     from derivation.paper.notation import Notation
@@ -82,7 +82,9 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
     rows = [row for row in result.tables if only in (None, row.table) and rod is FOLLOWER]
     if only is not None and not result.findings and not rows:
         raise InputError(f"nothing bears the label {only!r}; {_nearby(only, result.labels)}")
-    cells = [cell for _, row_cells in compare_rows(_printed(rows)) for cell in row_cells]
+    printed = _printed(rows)
+    compared = compared_rows() if printed == printed_rows() else compare_rows(printed)
+    cells = [cell for _, row_cells in compared for cell in row_cells]
     return Report(
         tex.name if tex else "bundled equations",
         result.findings,

@@ -56,6 +56,15 @@ class Constitution:
     parameters: tuple[str, ...]
     uniform: bool
 
+    @property
+    def may_buckle(self) -> bool:
+        """Whether a steady crossing is possible: not where the tip load does not depend on theta.
+
+        At lambda = 0 the stresses of a perturbation then vanish at the tip and obey a homogeneous initial value
+        problem from there, so they vanish, and so does the perturbation.
+        """
+        return any(symbol("theta") in load.free_symbols for load in self.tip_load)
+
 
 def expand_model(model: RodModel, order: int) -> Constitution:
     """Taylor polynomials of a model to what ``order`` needs.

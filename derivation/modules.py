@@ -8,13 +8,14 @@ from __future__ import annotations
 from sympy import Expr, sqrt
 from sympy.polys.rings import PolyElement
 
+from derivation.anyorder import NormalForm
 from derivation.eigenproblem import Eigenproblem, Fraction
 from derivation.emit.program import Argument, Function, Module, Package
 from derivation.motion import equations_of_motion
 from derivation.pipeline import Derivation
 from derivation.present import expression
 from derivation.resonance import Transformation
-from derivation.signature import SCALAR, Signatures, nodal, scalar
+from derivation.signature import SCALAR, Signatures, needs_namespace, nodal, scalar
 from derivation.symbols import BAR, SHAPES, meaning, symbol
 
 _PARTS = (
@@ -34,7 +35,9 @@ def package(d: Derivation) -> Package:
     modules.append(_second_order(d, s))
     if d.third.transformed is not None:
         modules.append(_third_order(d.third.transformed, s))
-    modules += [_landau(d, s), _normal_form(d, s), _predictions(d)]
+    modules += [_landau(d, s), _normal_form(d.normal_form, s), _predictions(d)]
+    if d.pitchfork is not None:
+        modules.append(_normal_form(d.pitchfork, s))
     title = d.model.title
     parameters = tuple((p.name, p.default) for p in d.model.parameters)
     return Package(d.model.name, f"{title[0].upper()}{title[1:]}.", tuple(modules), parameters)
@@ -59,7 +62,8 @@ def _rod(d: Derivation, s: Signatures) -> Module:
     def function(
         name: str, doc: str, label: str, arguments: tuple[Argument, ...], outputs: dict[str, Expr]
     ) -> Function:
-        return Function(name, doc, (label,), arguments, tuple(outputs.items()), namespace=name != "stresses")
+        namespace = name != "stresses" or needs_namespace(outputs.values())
+        return Function(name, doc, (label,), arguments, tuple(outputs.items()), namespace=namespace)
 
     def named(names: str, values: tuple[Expr, ...]) -> dict[str, Expr]:
         return dict(zip(names.split(), values, strict=True))
@@ -192,7 +196,7 @@ def _eigenproblem(e: Eigenproblem, s: Signatures) -> Module:
             (label,),
             (*arguments, *s.parameters),
             tuple(outputs.items()),
-            namespace=sign in arguments,
+            namespace=sign in arguments or needs_namespace(outputs.values()),
         )
 
     c4, c2, c0 = (s.spell(expression(ring, p)) for p in e.polynomial)
@@ -369,10 +373,9 @@ def _landau(d: Derivation, s: Signatures) -> Module:
     )
 
 
-def _normal_form(d: Derivation, s: Signatures) -> Module:
-    """The problems of all responses beyond the mode, of any order that was derived."""
-    form = d.normal_form
-    ring = form.ring
+def _normal_form(form: NormalForm, s: Signatures) -> Module:
+    """The problems of all responses beyond the mode; at a steady crossing their names begin with steady_."""
+    ring, prefix = form.ring, "steady_" if form.steady else ""
     fields = {name: f"response {name}" for r in form.responses for name in r.shapes}
     modes = {"Y": SHAPES["Y"][1], "Theta": SHAPES["Theta"][1]}
     suffixes = {"": "", "_u": ", derivative", "_uu": ", second derivative"}
@@ -386,12 +389,12 @@ def _normal_form(d: Derivation, s: Signatures) -> Module:
     functions = []
     for r in form.responses:
         p, q, k = r.index
-        what = f"A^{p} A*^{q} delta^{k}"
+        what = f"a^{p} delta^{k}" if form.steady else f"A^{p} A*^{q} delta^{k}"
         for kind, rows, place in (("forcing", r.forcing, ""), ("traction", r.traction, ", shapes at u = 1")):
             outputs = {f: s.formula(row, bool(place), ring) for f, row in zip(r.fields, rows, strict=True)}
             functions.append(
                 s.function(
-                    f"{r.shapes[0]}_{kind}",
+                    f"{prefix}{r.shapes[0]}_{kind}",
                     f"{kind.capitalize()} of the response to {what}{place}.",
                     ("eq:hierarchy",),
                     outputs,
@@ -399,6 +402,14 @@ def _normal_form(d: Derivation, s: Signatures) -> Module:
                 )
             )
     listed = ", ".join("".join(map(str, r.index)) for r in form.responses)
+    if form.steady:
+        return Module(
+            "pitchfork",
+            f"Responses Phi_p0r to a^p delta^r at a steady crossing through order {form.order}: {listed}.\n\n"
+            "-M Phi = forcing - c_p0r Gamma Phi_100, and tip stresses minus load equal the traction; c_p0r,\n"
+            "where p is odd, is the coefficient of a^p delta^r in da/dt. All real.",
+            tuple(functions),
+        )
     return Module(
         "normal_form",
         f"Responses Phi_pqr to A^p A*^q delta^r through order {form.order}: {listed}.\n\n"

@@ -23,6 +23,7 @@ class Derivation:
     """Every stage's record, in the order in which they were made.
 
     ``eigenproblem`` is None where the straight rod is not uniform: its modes are no exponentials.
+    ``pitchfork`` is None where no eigenvalue can pass through 0.
     """
 
     model: RodModel
@@ -38,6 +39,7 @@ class Derivation:
     eigenproblem: Eigenproblem | None
     amplitude: Amplitude
     normal_form: NormalForm
+    pitchfork: NormalForm | None
 
 
 def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
@@ -77,4 +79,5 @@ def derive(model: RodModel = FOLLOWER, order: int = 3) -> Derivation:
         eigenproblem(hierarchy, adjoint) if law.uniform else None,
         amplitude_equations(),
         expand_normal_form(exact, law, order),
+        expand_normal_form(exact, law, 3, steady=True) if law.may_buckle else None,
     )

@@ -18,17 +18,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl import kernels
-from rodwnl.coefficients import LandauCoefficients
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.modes import critical_mode, nodes_at
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
+from rodwnl.spectrum import HopfThreshold
+from rodwnl.straightrod import StraightRod, straight_rod
 
 Complex = NDArray[np.complex128]
 Index = tuple[int, int, int]
@@ -74,19 +75,22 @@ class AmplitudeEquation:
 
 
 def amplitude_equation(
-    rod: RodParameters, threshold: LandauCoefficients, order: int = HIGHEST
+    rod: RodParameters, threshold: HopfThreshold, order: int = HIGHEST
 ) -> AmplitudeEquation:
-    """The coefficients through ``order`` (3 or 5) at a threshold of `landau`.
+    """The coefficients through ``order`` (3 or 5) at a threshold of `hopf_thresholds`, of any rod.
 
-    Errors are what more quadrature nodes change. Raises InputError for another order and ComputationError
-    where the modes are too steep for float64.
+    Errors are what more quadrature nodes change. Raises InputError for another order and at a steady
+    crossing, and ComputationError where the modes are too steep for float64.
     """
     if order not in (3, HIGHEST):
         raise InputError(f"order {order}: the emitted modules hold the orders 3 and {HIGHEST}")
+    if threshold.steady:
+        raise InputError(
+            f"at force = {threshold.force:.10g} the rod buckles: its amplitude is real, see `pitchfork`"
+        )
     force, omega = threshold.force, threshold.omega
-    count = len(nodes_at(rod.floats(), force, omega).u)
     solved, finer = (
-        _of_follower(rod, force, omega, gauss_legendre(n)).solve(order) for n in (count, count + MORE_NODES)
+        _responses(rod, force, omega, nodes).solve(order) for nodes in _two_grids(rod, force, omega)
     )
     best, other = (_equation(force, omega, s, order, {}) for s in (finer, solved))
     errors = {name: abs(c - other.coefficients[name]) for name, c in best.coefficients.items()}
@@ -95,6 +99,57 @@ def amplitude_equation(
         _change(best.A_tip2_curvature, other.A_tip2_curvature),
         _change(best.omega_curvature, other.omega_curvature),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pitchfork:
+    """da/dt = β δ a + α a³ where a real eigenvalue passes through 0; a is the tip's displacement.
+
+    y_tip2_slope: of the buckled state's squared tip displacement in the force, −β/α. *_error: estimates.
+    """
+
+    force: float
+    alpha: float
+    beta: float
+    y_tip2_slope: float
+    alpha_error: float
+    beta_error: float
+
+    @property
+    def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
+        """By the sign of α; degenerate where the error does not exclude 0."""
+        if abs(self.alpha) <= self.alpha_error:
+            return "degenerate"
+        return "supercritical" if self.alpha < 0 else "subcritical"
+
+
+def pitchfork(rod: RodParameters, threshold: HopfThreshold) -> Pitchfork:
+    """The amplitude equation at a steady crossing. Raises InputError where the threshold is oscillatory."""
+    if not threshold.steady:
+        raise InputError(f"at force = {threshold.force:.10g} the rod oscillates: see `amplitude_equation`")
+    coarse, fine = (
+        _responses(rod, threshold.force, 0.0, nodes).solve(3).coefficients
+        for nodes in _two_grids(rod, threshold.force, 0.0)
+    )
+    alpha, beta = fine["c300"].real, fine["c101"].real
+    return Pitchfork(
+        threshold.force, alpha, beta, -beta / alpha,
+        abs(fine["c300"] - coarse["c300"]), abs(fine["c101"] - coarse["c101"]),
+    )  # fmt: skip
+
+
+def _two_grids(rod: RodParameters, force: float, omega: float) -> tuple[Nodes, Nodes]:
+    count = len(nodes_of(rod, force, omega).u)
+    return gauss_legendre(count), gauss_legendre(count + MORE_NODES)
+
+
+def nodes_of(rod: RodParameters, force: float, omega: float) -> Nodes:
+    """Nodes that resolve products of the modes."""
+    if rod.model == PLAIN:
+        return nodes_at(rod.floats(), force, omega)
+    from rodwnl import thresholds
+
+    return thresholds.nodes_at(rod, force, omega)
 
 
 def _equation(
@@ -156,16 +211,22 @@ def _change(a: float | None, b: float | None) -> float:
     return 0.0 if a is None or b is None else abs(a - b)
 
 
-def terms(order: int) -> list[Index]:
+def terms(order: int, steady: bool = False) -> list[Index]:
     """(p, q, r), p >= q, of the responses through ``order``, in the order in which they can be solved."""
     found = [
         (p, q, r)
         for p in range(order + 1)
-        for q in range(p + 1)
+        for q in range(1 if steady else p + 1)
         for r in range(order + 1)
-        if 2 <= p + q + 2 * r < order or (p + q + 2 * r == order and p == q + 1)
+        if 2 <= p + q + 2 * r < order or (p + q + 2 * r == order and is_resonant((p, q, r), steady))
     ]
     return sorted(found, key=lambda i: (i[0] + i[1] + 2 * i[2], i))
+
+
+def is_resonant(index: Index, steady: bool = False) -> bool:
+    """Whether a response has a coefficient of the amplitude equation as another unknown."""
+    p, q, _ = index
+    return p % 2 == 1 if steady else p == q + 1
 
 
 @dataclass(frozen=True)
@@ -177,61 +238,64 @@ class _Solved:
 class Responses:
     """Solves response after response; what is known is kept by name, at the nodes and at the tip.
 
-    emitted: the rod's functions. parameters: its parameters by name, with ``lam`` = iω. mode: Y, Y_u, Theta,
-    Theta_u at the nodes; mode_tip: the same at u = 1.
+    straight: the rod at the threshold. mode: Y, Y_u, Theta, Theta_u at the nodes, Theta at the tip; Y(1) = 1.
     """
 
-    def __init__(self, emitted: Any, parameters: Pool, nodes: Nodes, mode: Pool, mode_tip: Pool) -> None:
-        self.emitted, self.parameters, self.nodes = emitted, dict(parameters), nodes
-        self.at_nodes: Pool = {"u": nodes.u, **mode}
-        self.at_tip: Pool = {"u": 1.0, **mode_tip}
-        self.lam = parameters["lam"]
+    def __init__(
+        self, straight: StraightRod, omega: float, nodes: Nodes, mode: Pool, Theta_tip: complex
+    ) -> None:
+        self.straight, self.nodes = straight, nodes
+        self.lam, self.steady = 1j * omega, omega == 0
         self.twice = nodes.from_clamp @ nodes.from_clamp  # Φ'' -> Φ − Φ'(0) u
-        self.drag: tuple[Any, Any, Any] = self._call("drag_weights", self.at_nodes)
+        self.at_nodes: Pool = {"u": nodes.u, "lam": self.lam, **mode}
+        self.at_tip: Pool = {"u": 1.0, "lam": self.lam, **self._tip_of_mode(Theta_tip)}
+        self.drag: tuple[Any, Any, Any] = straight("drag_weights", **self.at_nodes)
         for name, row, weight in zip(("Y", "Theta"), ("y_row", "theta_row"), self.drag[1:], strict=True):
             # λΓ(Y, Θ) = M(Y, Θ) gives the second derivative.
-            y, y_u, y_uu, t, t_u, t_uu = self._call(row, self.at_nodes)
+            y, y_u, y_uu, t, t_u, t_uu = straight(row, **self.at_nodes)
             rest = y * mode["Y"] + y_u * mode["Y_u"] + t * mode["Theta"] + t_u * mode["Theta_u"]
             self.at_nodes[f"{name}_uu"] = (self.lam * weight * mode[name] - rest) / (y_uu + t_uu)
+
+    def _tip_of_mode(self, Theta_tip: complex) -> Pool:
+        """Y'(1) and Θ'(1) from the tip conditions."""
+        rows = np.array([self.straight(f"{n}_tip_row", u=1.0, lam=self.lam) for n in ("y", "theta")])
+        Y_u, Theta_u = np.linalg.solve(rows[:, [1, 3]], -rows[:, 0] - rows[:, 2] * Theta_tip)
+        return {"Y": 1.0, "Y_u": Y_u, "Theta": Theta_tip, "Theta_u": Theta_u}
 
     def solve(self, order: int, gauge: Mapping[Index, complex] | None = None) -> _Solved:
         """All responses through ``order``; gauge: tip displacement of resonant ones, where it is not 0."""
         coefficients = {}
-        for index in terms(order):
+        prefix = "steady_" if self.steady else ""
+        for index in terms(order, self.steady):
             p, q, _ = index
             digits = "".join(map(str, index))
             names = (f"Y{digits}", f"Theta{digits}") if (p + q) % 2 else (f"X{digits}",)
-            forcing = _tuple(self._call(f"{names[0]}_forcing", self.at_nodes))
-            traction = _tuple(self._call(f"{names[0]}_traction", self.at_tip))
+            forcing = _tuple(self.straight(f"{prefix}{names[0]}_forcing", **self.at_nodes))
+            traction = _tuple(self.straight(f"{prefix}{names[0]}_traction", **self.at_tip))
             right = np.concatenate([*(np.broadcast_to(f, self.nodes.u.shape) for f in forcing), traction])
             lam = (p - q) * self.lam
-            if p == q + 1:
+            if is_resonant(index, self.steady):
                 solution, c = self._resonant(lam, right, (gauge or {}).get(index, 0.0))
-                coefficients[f"c{digits}"] = self.parameters[f"c{digits}"] = c
+                name = f"c{digits}"
+                coefficients[name] = self.at_nodes[name] = self.at_tip[name] = c
             else:
                 matrix = self._transverse(lam) if len(names) == 2 else self._longitudinal(lam)
                 solution = _solve(matrix, right)
             self._keep(solution, names)
         return _Solved(coefficients, complex(self.at_tip.get("Y300", float("nan"))))
 
-    def _call(self, name: str, pool: Mapping[str, Any], **changed: Any) -> Any:
-        """An emitted function at whatever it asks for."""
-        f: Callable[..., Any] = getattr(self.emitted, name)
-        known = {**self.parameters, **pool, **changed}
-        return f(*(known[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
-
     def _longitudinal(self, lam: complex) -> Complex:
         """λΓ − M and S on X: unknowns X'' at the nodes and X'(0)."""
-        row = self._call("x_row", self.at_nodes)
-        return self._block(row, self._call("x_tip_row", self.at_tip, lam=lam), lam * self.drag[0])
+        row = self.straight("x_row", u=self.nodes.u)
+        return self._block(row, self.straight("x_tip_row", u=1.0, lam=lam), lam * self.drag[0])
 
     def _transverse(self, lam: complex) -> Complex:
         """λΓ − M and S on (Y, Θ): unknowns Y'', Y'(0), Θ'', Θ'(0)."""
         n = len(self.nodes.u)
         interior, edges = [], []
         for k, name in enumerate(("y", "theta")):
-            row = self._call(f"{name}_row", self.at_nodes)
-            tip = self._call(f"{name}_tip_row", self.at_tip, lam=lam)
+            row = self.straight(f"{name}_row", u=self.nodes.u)
+            tip = self.straight(f"{name}_tip_row", u=1.0, lam=lam)
             blocks = [
                 self._block(row[3 * j : 3 * j + 3], tip[2 * j : 2 * j + 2], lam * self.drag[k + 1] * (j == k))
                 for j in range(2)
@@ -261,7 +325,7 @@ class Responses:
         """What a load with drag adds where dA/dt acts: the part of S proportional to λ, on the mode."""
         mode = np.array([self.at_tip[s] for s in ("Y", "Y_u", "Theta", "Theta_u")])
         rows = [
-            [np.array(self._call(f"{name}_tip_row", self.at_tip, lam=lam)) for lam in (0.0, 1.0)]
+            [np.array(self.straight(f"{name}_tip_row", u=1.0, lam=lam)) for lam in (0.0, 1.0)]
             for name in ("y", "theta")
         ]
         return np.array([(one - none) @ mode for none, one in rows])
@@ -292,17 +356,18 @@ class Responses:
             self.at_tip[f"{name}_u"] = slope + self.nodes.weights @ w
 
 
-def _of_follower(rod: RodParameters, force: float, omega: float, nodes: Nodes) -> Responses:
-    """The responses of the default rod, whose critical mode is known in exponentials."""
-    k1, k2, gamma3, gamma1 = rod.floats()
-    parameters = {
-        "k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1, "force": force, "lam": 1j * omega,
-    }  # fmt: skip
-    mode = critical_mode(rod.floats(), force, omega, nodes)
-    nu, _ = kernels.base_state(k1, k2, force)
+def _responses(rod: RodParameters, force: float, omega: float, nodes: Nodes) -> Responses:
+    """The critical mode in exponentials where it is known in them, else by spectral integration."""
+    straight = straight_rod(rod, force)
+    if rod.model == PLAIN:
+        mode: Any = critical_mode(rod.floats(), force, omega, nodes)
+    else:
+        from rodwnl import expansion
+
+        mode = expansion.critical_mode(straight, omega, nodes)
+    nu, _ = straight.stretch(nodes.u)
     here = {"Y": mode.Y, "Y_u": mode.H + nu * mode.Theta, "Theta": mode.Theta, "Theta_u": mode.Theta_u}
-    tip = {"Y": 1.0, "Y_u": nu * mode.Theta_tip, "Theta": mode.Theta_tip, "Theta_u": 0.0}
-    return Responses(kernels, parameters, nodes, here, tip)
+    return Responses(straight, omega, nodes, here, mode.Theta_tip)
 
 
 def _tuple(value: Any) -> tuple[Any, ...]:

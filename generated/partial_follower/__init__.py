@@ -2,5 +2,5 @@
 """Planar Cosserat rod under a tip load of which a fraction follows."""
 
 MODEL = "partial_follower"
-FINGERPRINT = "c9e1b2828151f27583b29773dfe57a9ed360363a7df3f14376ed66874e0c3d82"
+FINGERPRINT = "31f64bc0824eaa14815cef7acdf1bd50e1bf9136ef78e709c50e08aaaf5757ef"
 PARAMETERS = {"chi": "9/10"}

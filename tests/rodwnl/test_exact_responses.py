@@ -25,8 +25,8 @@ def solver(rod, threshold):
 
 
 def test_agrees_with_the_quadrature_route(rod, threshold):
-    exact = exact_amplitude_equation(rod, threshold.force, threshold.omega, 15)
-    near = amplitude_equation(rod, threshold)
+    exact = exact_amplitude_equation(rod, threshold.threshold.force, threshold.omega, 15)
+    near = amplitude_equation(rod, threshold.threshold)
     for name, c in exact.coefficients.items():
         assert abs(near.coefficients[name] - complex(c)) <= 1e-10 * abs(complex(c)) + near.errors[name]
     assert near.A_tip2_curvature == pytest.approx(float(exact.A_tip2_curvature), rel=1e-9)
@@ -55,4 +55,4 @@ def test_particular_solutions_solve_the_equations(solver, harmonic):
 
 def test_digits_outside_the_range_are_refused(rod, threshold):
     with pytest.raises(InputError, match="digits"):
-        exact_amplitude_equation(rod, threshold.force, threshold.omega, 0)
+        exact_amplitude_equation(rod, threshold.threshold.force, threshold.omega, 0)

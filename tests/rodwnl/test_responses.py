@@ -8,7 +8,7 @@ import pytest
 from rodwnl import InputError, RodParameters, landau
 from rodwnl.modes import nodes_at
 from rodwnl.quadrature import gauss_legendre
-from rodwnl.responses import _of_follower, amplitude_equation, terms
+from rodwnl.responses import _responses, amplitude_equation, terms
 
 RODS = [("1e4", "1e4", "1e-4"), ("1e4", "1e2", "1e-2"), ("200", "1e4", "1e-4"), ("731", "57", "3e-3", "1.1")]
 
@@ -17,7 +17,7 @@ RODS = [("1e4", "1e4", "1e-4"), ("1e4", "1e2", "1e-2"), ("200", "1e4", "1e-4"), 
 def test_alpha_and_beta_come_out_without_an_adjoint(parameters):
     rod = RodParameters(*parameters)
     for threshold in landau(rod):
-        equation = amplitude_equation(rod, threshold)
+        equation = amplitude_equation(rod, threshold.threshold)
         assert equation.coefficients["c210"] == pytest.approx(threshold.alpha, rel=1e-9)
         assert equation.coefficients["c101"] == pytest.approx(threshold.beta, rel=1e-9)
         assert equation.A_tip2_slope == pytest.approx(threshold.A_tip2_slope, rel=1e-9)
@@ -31,7 +31,7 @@ def test_change_of_gauge():
     force, omega = threshold.force, threshold.omega
     nodes = gauss_legendre(len(nodes_at(rod.floats(), force, omega).u) + 16)
     c, moved = (
-        _of_follower(rod, force, omega, nodes).solve(5, gauge).coefficients for gauge in ({}, {(2, 1, 0): g})
+        _responses(rod, force, omega, nodes).solve(5, gauge).coefficients for gauge in ({}, {(2, 1, 0): g})
     )
     alpha, beta = c["c210"], c["c101"]
     for name in ("c210", "c101", "c102"):
@@ -46,7 +46,7 @@ def test_curvatures_are_those_of_the_branch_of_orbits():
 
     rod = RodParameters("1e4", "1e2", "1e-2")
     (threshold,) = landau(rod)
-    equation = amplitude_equation(rod, threshold)
+    equation = amplitude_equation(rod, threshold.threshold)
     measured = []
     for delta in (0.02, 0.04):
         force = threshold.force + delta
@@ -66,11 +66,11 @@ def test_curvatures_are_those_of_the_branch_of_orbits():
 def test_order_three_has_no_curvature():
     rod = RodParameters("1e4", "1e4", "1e-4")
     (threshold,) = landau(rod)
-    equation = amplitude_equation(rod, threshold, order=3)
+    equation = amplitude_equation(rod, threshold.threshold, order=3)
     assert equation.A_tip2_curvature is None
     assert set(equation.coefficients) == {"c101", "c210"}
     with pytest.raises(InputError, match="orders 3 and 5"):
-        amplitude_equation(rod, threshold, order=4)
+        amplitude_equation(rod, threshold.threshold, order=4)
 
 
 def test_terms_are_those_that_are_emitted():
@@ -85,6 +85,6 @@ def test_terms_are_those_that_are_emitted():
 def test_errors_bound_the_difference_between_two_grids():
     rod = RodParameters("1e5", "1e5", "1e-5")
     for threshold in landau(rod):
-        equation = amplitude_equation(rod, threshold)
+        equation = amplitude_equation(rod, threshold.threshold)
         assert all(error <= 1e-6 * abs(equation.coefficients[n]) for n, error in equation.errors.items())
         assert math.isfinite(equation.A_tip2_curvature)

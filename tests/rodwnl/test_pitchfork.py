@@ -1,0 +1,93 @@
+"""Buckling under a dead load: the pitchfork's coefficients against computed equilibria and the elastica."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from rodwnl import InputError, RodParameters
+from rodwnl.collocated import leading_eigenvalues
+from rodwnl.responses import amplitude_equation, pitchfork
+from rodwnl.spectrum import HopfThreshold
+
+
+def dead(k1, k2, gamma3="1e-3"):
+    return RodParameters(k1, k2, gamma3, model="partial_follower", chi="0")
+
+
+def buckling(rod):
+    """Where the leading eigenvalue passes through 0."""
+
+    def growth(force):
+        return leading_eigenvalues(rod, np.array([force]), 4)[0][0, 0].real
+
+    force = brentq(growth, 0.5, 4, xtol=1e-13)
+    slope = complex(leading_eigenvalues(rod, np.array([force]), 4)[1][0, 0])
+    return HopfThreshold(
+        force,
+        0.0,
+        slope,
+        unstable_below=0,
+        unstable_above=1,
+        residual=0.0,
+        force_error=1e-12,
+        omega_error=0.0,
+    )
+
+
+def equilibrium(rod, force):
+    """Tip displacement of the buckled rod, from the statics: the internal force is (-F, 0) everywhere.
+
+    F1 = -F cos(theta), F2 = F sin(theta), theta'' = h2 F1 - h1 F2, y' = h1 sin(theta) + h2 cos(theta).
+    """
+    k1, k2, *_ = rod.floats()
+
+    def rates(u, state):
+        theta, slope, y = state
+        f1, f2 = -force * np.cos(theta), force * np.sin(theta)
+        h1, h2 = 1 + f1 / k1, f2 / k2
+        return [slope, h2 * f1 - h1 * f2, h1 * np.sin(theta) + h2 * np.cos(theta)]
+
+    def shot(slope):
+        return solve_ivp(rates, (0, 1), [0.0, slope, 0.0], rtol=1e-12, atol=1e-14).y[:, -1]
+
+    slope = brentq(lambda s: shot(s)[1], 1e-3, 2.0, xtol=1e-14)
+    return shot(slope)[2]
+
+
+@pytest.mark.parametrize("rod", [dead("1e5", "1e5"), dead("60", "25"), dead("30", "400", "0.1")], ids=repr)
+def test_buckled_states_are_computed_equilibria(rod):
+    threshold = buckling(rod)
+    form = pitchfork(rod, threshold)
+    measured = [equilibrium(rod, threshold.force + d) ** 2 / d for d in (2e-3, 4e-3)]
+    assert 2 * measured[0] - measured[1] == pytest.approx(form.y_tip2_slope, rel=2e-5)
+    assert form.criticality == "supercritical"
+    assert form.beta == pytest.approx(threshold.slope.real, rel=1e-9)
+
+
+def test_a_stiff_rod_is_the_elastica():
+    """Euler's load pi^2/4, and P/P_c = 1 + pi^2 y^2/32 beyond it (Timoshenko and Gere, section 2.7)."""
+    rod = dead("1e8", "1e8")
+    threshold = buckling(rod)
+    euler = np.pi**2 / 4
+    assert threshold.force == pytest.approx(euler, rel=1e-6)
+    assert pitchfork(rod, threshold).y_tip2_slope == pytest.approx(32 / (np.pi**2 * euler), rel=1e-6)
+
+
+def test_each_kind_of_threshold_has_its_own_equation():
+    rod = dead("1e4", "1e4")
+    threshold = buckling(rod)
+    with pytest.raises(InputError, match="buckles"):
+        amplitude_equation(rod, threshold)
+    flutter = HopfThreshold(
+        30.0,
+        100.0,
+        1 + 0j,
+        unstable_below=0,
+        unstable_above=2,
+        residual=0.0,
+        force_error=0.0,
+        omega_error=0.0,
+    )
+    with pytest.raises(InputError, match="oscillates"):
+        pitchfork(rod, flutter)

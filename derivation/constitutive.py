@@ -60,8 +60,8 @@ class Constitution:
     def may_buckle(self) -> bool:
         """Whether a steady crossing is possible: not where the tip load does not depend on theta.
 
-        At lambda = 0 the stresses of a perturbation then vanish at the tip and obey a homogeneous initial value
-        problem from there, so they vanish, and so does the perturbation.
+        At lambda = 0 the stresses of a perturbation then vanish at the tip and solve a homogeneous initial
+        value problem from there, so they vanish, and so does the perturbation.
         """
         return any(symbol("theta") in load.free_symbols for load in self.tip_load)
 
@@ -103,6 +103,7 @@ def expand_model(model: RodModel, order: int) -> Constitution:
             f"{model.name}: a body load must be a tangential force, given as a function of force alone"
         )
     uniform = model.body_load[0] == 0
+    _require_compression(model, tip, uniform)
     if not uniform and stiffness[0] != symbol("k1"):
         raise ModelError(
             f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
@@ -182,6 +183,18 @@ def _require_known(model: RodModel, parameters: tuple[str, ...]) -> None:
                     f"{model.name}: unknown symbol {', '.join(strange)} in {place}; it may hold "
                     f"{', '.join(s.name for s in sorted(allowed, key=str))} and parameters that are declared"
                 )
+
+
+def _require_compression(model: RodModel, tip: tuple[Expr, ...], uniform: bool) -> None:
+    """The straight rod at rest carries ``force`` at its tip, or nothing under a distributed load."""
+    still = {symbol(q): Integer(0) for q in ("theta", *VELOCITIES)}
+    f1, f2, m = (load.xreplace(still) for load in tip)
+    wanted = -symbol("force") if uniform else Integer(0)
+    if (f1 - wanted).expand() != 0 or f2 != 0 or m != 0:
+        raise ModelError(
+            f"{model.name}: at rest and straight the tip load is ({f1}, {f2}, {m}), but it must be "
+            + ("(-force, 0, 0)" if uniform else "(0, 0, 0) beside a distributed load")
+        )
 
 
 def _taylor(f: Expr, degree: int) -> dict[tuple[int, ...], Expr]:

@@ -40,10 +40,10 @@ def equilibrium(rod, force):
 
     F1 = -F cos(theta), F2 = F sin(theta), theta'' = h2 F1 - h1 F2, y' = h1 sin(theta) + h2 cos(theta).
     """
-    k1, k2, *_ = rod.floats()
+    k1, k2 = float(rod.k1), float(rod.k2)
 
     def rates(u, state):
-        theta, slope, y = state
+        theta, slope, _ = state
         f1, f2 = -force * np.cos(theta), force * np.sin(theta)
         h1, h2 = 1 + f1 / k1, f2 / k2
         return [slope, h2 * f1 - h1 * f2, h1 * np.sin(theta) + h2 * np.cos(theta)]

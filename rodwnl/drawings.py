@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rodwnl.animation import ARROW, STYLE, follower_arrows
 from rodwnl.collocation import interpolation
@@ -197,9 +199,10 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
         for (top, bottom), item, letters in zip(axes.T, columns, ("ab", "cd", "ef", "gh"), strict=False):
             _compare(item, top, 1)
             _compare(item, bottom, 2)
-            top.set_title(f"({letters[0]}) {_values(item.column.rod)}", loc="left", fontsize=5.5)
-            bottom.set_title(f"({letters[1]})", loc="left", fontsize=5.5)
-            top.set(ylim=(0, None))
+            first, *others = _values(item.column.rod).split(", γ3")
+            top.set_title(f"({letters[0]}) {first},\nγ3{others[0]}", loc="left", fontsize=6)
+            bottom.set_title(f"({letters[1]})", loc="left", fontsize=6)
+            top.set(ylim=(-0.03 * top.get_ylim()[1], None))
             bottom.set(xlabel="force $F$")
             rows += _comparison_rows(item, letters)
         axes[0, 0].set(ylabel=r"$A_\mathrm{tip}/L$")
@@ -218,15 +221,16 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
 
 def _compare(item: Comparison, panel: Any, which: int) -> None:
     """One panel: 1 amplitude, 2 frequency."""
-    theory, orbits = item.theory, item.orbits
+    theory = item.theory
     dash = "-" if item.theory_stable else "--"
     panel.plot(theory[:, 0], theory[:, which], dash, color=DARK, label="amplitude equation")
-    changes = np.flatnonzero(np.diff(orbits[:, 3])) + 1
-    for k, stretch in enumerate(np.split(np.arange(len(orbits)), changes)):
-        to = np.append(stretch, min(stretch[-1] + 1, len(orbits) - 1))  # up to where the next one begins
-        dash = "-" if orbits[stretch[0], 3] else "--"
+    along = smooth_branch(item.orbits)
+    changes = np.flatnonzero(np.diff(along[:, 3])) + 1
+    for k, stretch in enumerate(np.split(np.arange(len(along)), changes)):
+        to = np.append(stretch, min(stretch[-1] + 1, len(along) - 1))  # up to where the next one begins
+        dash = "-" if along[stretch[0], 3] else "--"
         label = "" if k else "periodic orbits"
-        panel.plot(orbits[to, 0], orbits[to, which], dash, color=BLUE, linewidth=2.4, alpha=0.55, label=label)
+        panel.plot(along[to, 0], along[to, which], dash, color=BLUE, linewidth=2.4, alpha=0.55, label=label)
     panel.plot(item.folds[:, 0], item.folds[:, which], "D", color=BLUE, markersize=4)
     for state, marker, face in (("settled", "o", RED), ("not finished", "o", "none"), ("decayed", "x", RED)):
         found = [(p.force, _value(p, which)) for p in item.points if p.reading.state == state]
@@ -235,6 +239,23 @@ def _compare(item: Comparison, panel: Any, which: int) -> None:
             label = "simulation" if state == "settled" else ""
             panel.plot(*zip(*drawn, strict=True), marker, color=RED, markerfacecolor=face, label=label)
     panel.axvline(item.column.coefficients.force, color="0.6", linestyle=":", linewidth=0.7, zorder=0)
+
+
+def smooth_branch(orbits: NDArray[np.float64], between: int = 12) -> NDArray[np.float64]:
+    """More points on a branch (k, 4), by cubic splines through those computed.
+
+    In A_tip², F and ω a branch is smooth, through folds and down to its threshold.
+    """
+    from scipy.interpolate import CubicSpline
+
+    smooth = np.column_stack([orbits[:, 0], orbits[:, 1] ** 2, orbits[:, 2]])
+    lengths = np.linalg.norm(np.diff(smooth, axis=0) / np.ptp(smooth, axis=0), axis=1)
+    new = np.append(True, lengths > 1e-9)  # the end stands there twice
+    at = np.append(0.0, np.cumsum(lengths))[new]
+    fine = np.unique(np.concatenate([np.linspace(a, b, between) for a, b in pairwise(at)]))
+    F, square, omega = CubicSpline(at, smooth[new])(fine).T
+    stable = orbits[new][np.searchsorted(at, fine, side="right") - 1, 3]
+    return np.column_stack([F, np.sqrt(np.maximum(square, 0.0)), omega, stable])
 
 
 def _value(point: SimulatedPoint, which: int) -> float | None:

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Watch = Callable[[str], None]
 
-LONGEST = 8.0  # a simulation that has not settled by then is drawn as such
+LONGEST = 16.0  # a simulation that has not settled by then is drawn as such
 REACH = 0.12  # how far beyond a threshold the comparison goes, relative to it
 DETUNINGS = (0.003, 0.01, 0.02, 0.035, 0.055, 0.085, 0.115)  # of the simulations, relative to the threshold
 
@@ -126,6 +126,7 @@ def comparison(column: Column, watch: Watch, quick: bool = False) -> Comparison:
     watch(f"orbits of k1 = {float(column.rod.k1):g} from force {c.force:.4g}")
     orbits = orbit_branch(column, reach)
     path = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in orbits.path])
+    path[-1, 3] = path[-2, 3]
     turns = [event.at.cycle for event in orbits.folds]
     folds = np.array([(o.force, o.tip_amplitude, o.omega) for o in turns]).reshape(-1, 3)
     if folds.size and not quick:  # both states at one force
@@ -137,10 +138,13 @@ def comparison(column: Column, watch: Watch, quick: bool = False) -> Comparison:
 
 
 def orbit_branch(column: Column, reach: float) -> Branch:
-    """The branch of orbits from the threshold until it leaves the forces that are drawn."""
+    """The branch of orbits from the threshold on, within the forces that are drawn.
+
+    From a subcritical threshold it may go as far as it likes before it turns back.
+    """
     c = column.coefficients
-    window = (c.force - reach, min(c.force + reach, float(column.rod.k1)))
-    return branch(Rod(*column.rod.floats()), c.force, c.omega, window=window)
+    farthest = c.force + reach if c.criticality == "supercritical" else float(column.rod.k1)
+    return branch(Rod(*column.rod.floats()), c.force, c.omega, window=(c.force - reach, farthest))
 
 
 def _theory(column: Column, reach: float) -> Array:

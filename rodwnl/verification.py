@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rodwnl.errors import InputError
 from rodwnl.parameters import RodParameters
+from rodwnl.spectrum import hopf_thresholds
 from rodwnl.tables import Cell, PrintedRow, compare_rows, compared_rows, printed_rows
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
     if only is not None and not result.findings and not rows:
         raise InputError(f"nothing bears the label {only!r}; {_nearby(only, result.labels)}")
     printed = _printed(rows)
-    compared = compared_rows() if printed == printed_rows() else compare_rows(printed)
+    compared = compared_rows() if printed == printed_rows() else compare_rows(tuple(map(_nearest, printed)))
     cells = [cell for _, row_cells in compared for cell in row_cells]
     return Report(
         tex.name if tex else "bundled equations",
@@ -118,6 +119,15 @@ def _printed(rows: list[NumericRow]) -> tuple[PrintedRow, ...]:
 def _rod(row: NumericRow) -> RodParameters:
     values = row.rod
     return RodParameters(values["k1"], values["k2"], values["gamma3"], values.get("gamma1", Fraction(1, 2)))
+
+
+def _nearest(row: PrintedRow) -> PrintedRow:
+    """The row with the threshold that its printed force is nearest to, rather than by counting rows."""
+    found = hopf_thresholds(row.rod).thresholds
+    if not found or "force" not in row.cells:
+        return row
+    gaps = [abs(t.force - float(row.cells["force"])) for t in found]
+    return replace(row, threshold=1 + gaps.index(min(gaps)))
 
 
 def _corrected(cell: Cell) -> Cell:

@@ -15,6 +15,8 @@ from rodwnl.balls import enclosure, flint, working_bits
 from rodwnl.dialects import CONVENTIONS, Converted, convert
 from rodwnl.errors import InputError
 from rodwnl.exact import ExactThreshold, digits_text, exact_threshold
+from rodwnl.exact_responses import exact_amplitude_equation
+from rodwnl.order_report import exact_order_entry, print_exact_order
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import document, exact_scale, heading, sentences
@@ -39,6 +41,7 @@ def print_precise(
     certified: bool,
     json: bool,
     dialect: Dialect | None = None,
+    fifth: bool = False,
 ) -> None:
     """Print the named numbers of every threshold up to a force: to so many digits, certified or not.
 
@@ -56,19 +59,28 @@ def print_precise(
     if certified:
         print_certified(search, digits, names, json=json)
     else:
-        print_exact(search, digits, names, json=json, dialect=dialect)
+        print_exact(search, digits, names, json=json, dialect=dialect, fifth=fifth)
 
 
 def print_exact(
-    search: HopfSearch, digits: int, names: Sequence[str], *, json: bool, dialect: Dialect | None = None
+    search: HopfSearch,
+    digits: int,
+    names: Sequence[str],
+    *,
+    json: bool,
+    dialect: Dialect | None = None,
+    fifth: bool = False,
 ) -> None:
-    """Print the named numbers of every threshold of a search to so many digits."""
+    """Print the named numbers of every threshold of a search to so many digits; fifth: also of order 5."""
     found = [exact_threshold(search.rod, t.force, t.omega, digits) for t in search]
+    beyond = [exact_amplitude_equation(search.rod, t.force, t.omega, digits) for t in search if fifth]
     converted = [convert(search.rod, t, *dialect) if dialect else None for t in found]
     if json:
         entries = [
             exact_entry(t, names) | _dialect_entry(c, digits) for t, c in zip(found, converted, strict=True)
         ]
+        for entry, equation in zip(entries, beyond, strict=False):
+            entry |= exact_order_entry(equation)
         print_json(document(search, entries))
         return
     print("\n".join(sentences(search)))
@@ -78,6 +90,8 @@ def print_exact(
             rows.append(["largest residual", mp.nstr(max(t.residuals.values()), 1)])
             rows += _dialect_rows(c, digits)
         print_table(["threshold", str(number)], rows)
+        if fifth:
+            print_exact_order(search.rod, number, beyond[number - 1])
     if dialect and found:
         print(f"{dialect[0]}: {CONVENTIONS[dialect[0]].equation}; dimensionless numbers.")
 

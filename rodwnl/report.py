@@ -25,6 +25,12 @@ _UNITS = {
     "A_tip": (1, 0, 0, "m"),
     "A_tip2_slope": (2, 0, -1, "m²/N"),
     "omega_slope": (0, -1, -1, "rad/(N s)"),
+    "beta2": (0, -1, -2, "1/(N² s)"),
+    "alpha_prime": (-2, -1, -1, "1/(m² N s)"),
+    "alpha5": (-4, -1, 0, "1/(m⁴ s)"),
+    "A_tip2_curvature": (2, 0, -2, "m²/N²"),
+    "omega_curvature": (0, -1, -2, "rad/(N² s)"),
+    "y_tip2_slope": (2, 0, -1, "m²/N"),
 }
 
 
@@ -98,7 +104,10 @@ def sentences(search: "HopfSearch") -> list[str]:
 
 def _buckling(search: "HopfSearch", threshold: "HopfThreshold") -> str:
     change = "buckles" if threshold.crossing == "destabilizing" else "recovers from buckling"
-    name, value = heading(search.rod, "force"), cell(search.rod, "force", threshold.force, threshold.force_error)
+    name, value = (
+        heading(search.rod, "force"),
+        cell(search.rod, "force", threshold.force, threshold.force_error),
+    )
     return f"At {name} = {value} the straight rod {change}: a steady crossing, omega = 0."
 
 
@@ -158,6 +167,7 @@ def landau_entry(c: "LandauCoefficients", plain: bool = True) -> dict[str, Any]:
         "beta_parts": dict(zip(of_beta, map(_pair, c.beta_parts), strict=True)),
         "error": error,
         "residuals": residuals,
+        "working_digits": c.working_digits,
     }
 
 

@@ -1,5 +1,10 @@
 """`rodwnl landau`: the amplitude equation at every threshold."""
 
+from typing import Annotated
+
+import typer
+
+from rodwnl.errors import InputError
 from rodwnl.options import (
     Certified,
     Convention,
@@ -7,10 +12,19 @@ from rodwnl.options import (
     Json,
     MaxForce,
     Mesh,
+    NoEscalate,
     read_convention,
     read_digits,
     read_max_force,
     takes_rod,
+)
+from rodwnl.order_report import (
+    equations,
+    order_entry,
+    print_order,
+    print_pitchforks,
+    read_order,
+    with_pitchforks,
 )
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import PLAIN, RodParameters
@@ -26,6 +40,10 @@ def command(
     certified: Certified = False,
     convention: Convention = None,
     mesh: Mesh = None,
+    no_escalate: NoEscalate = False,
+    order: Annotated[
+        int, typer.Option(metavar="N", help="Order of the amplitude equation: 3 (default) or 5.")
+    ] = 3,
 ) -> None:
     """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
 
@@ -33,21 +51,29 @@ def command(
     slopes of A_tip² and omega in the force along the branch of oscillations.
     """
     dialect = read_convention(convention, mesh)
+    fifth = read_order(order) == 5
+    if fifth and (certified or dialect):
+        raise InputError("--order 5 goes with neither --certified nor --convention, which are cubic")
     if digits is not None or certified or dialect:
         from rodwnl.precise import NUMBERS_OF_LANDAU, print_precise
 
         print_precise(
             rod, read_max_force(rod, max_force), read_digits(digits), NUMBERS_OF_LANDAU,
-            certified=certified, json=json, dialect=dialect,
+            certified=certified, json=json, dialect=dialect, fifth=fifth,
         )  # fmt: skip
         return
-    from rodwnl.coefficients import landau
+    from rodwnl.coefficients import DOUBLE, ENOUGH, landau
 
-    found = landau(rod, read_max_force(rod, max_force))
+    found = landau(rod, read_max_force(rod, max_force), escalate=not no_escalate)
+    beyond = equations(rod, [c.threshold for c in found]) if fifth else []
     if json:
-        print_json(document(found.search, [landau_entry(c, plain=rod.model == PLAIN) for c in found]))
+        entries = [landau_entry(c, plain=rod.model == PLAIN) for c in found]
+        for entry, equation in zip(entries, beyond, strict=False):
+            entry |= order_entry(equation)
+        print_json(with_pitchforks(document(found.search, entries), found.search))
         return
     print("\n".join(sentences(found.search)))
+    print_pitchforks(found.search)
     if not found.thresholds:
         return
     values: dict[str, list[tuple[complex, float]]] = {
@@ -67,3 +93,12 @@ def command(
             ["largest residual", *(f"{max(c.residuals.values()):.0e}" for c in found)],
         ],
     )
+    for i, c in enumerate(found, 1):
+        if c.working_digits > DOUBLE:
+            print(
+                f"Threshold {i}: double precision does not give {ENOUGH} digits; {c.working_digits} were used."
+            )
+        elif c.digits < ENOUGH:
+            print(f"Threshold {i}: only {max(c.digits, 0):.0f} digits hold in the worst of these numbers.")
+    if beyond:
+        print_order(rod, beyond)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rodwnl import drawings, figures
-from rodwnl.animation import SHOWN, film
+from rodwnl.animation import film
 from rodwnl.branches import branch
 from rodwnl.cli import run
 from rodwnl.coefficients import landau
@@ -180,12 +180,13 @@ def test_plot_refuses_what_it_cannot_draw(tmp_path, capsys):
     assert [p.name for p in tmp_path.iterdir()] == ["other.nc"]
 
 
-def test_a_film_shows_the_last_beats(beating, tmp_path):
+def test_a_film_shows_the_last_beats(beating, tmp_path, monkeypatch):
     from PIL import Image
 
+    monkeypatch.setattr("rodwnl.animation.SHOWN", 6)
     film(beating, tmp_path / "rod.gif")
     with Image.open(tmp_path / "rod.gif") as image:
-        assert image.n_frames == SHOWN
+        assert image.n_frames == 6
     assert [p.name for p in tmp_path.iterdir()] == ["rod.gif"]
 
 

@@ -29,6 +29,7 @@ Certified = Annotated[
         "--certified", help="Prove existence, uniqueness, rank and criticality; print every number as a ball."
     ),
 ]
+Order = Annotated[int, typer.Option(metavar="N", help="Order of the amplitude equation: 3 (default) or 5.")]
 Convention = Annotated[
     str | None,
     typer.Option(
@@ -37,6 +38,10 @@ Convention = Annotated[
         help="Print the coefficient as another tool reports it too: paper, kuznetsov, matcont, "
         "bifurcationkit, jaxcont or ff-bifbox.",
     ),
+]
+NoEscalate = Annotated[
+    bool,
+    typer.Option("--no-escalate", help="Stay in double precision where it gives fewer than 8 digits."),
 ]
 Mesh = Annotated[
     str | None,

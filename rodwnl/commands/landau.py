@@ -1,9 +1,5 @@
 """`rodwnl landau`: the amplitude equation at every threshold."""
 
-from typing import Annotated
-
-import typer
-
 from rodwnl.errors import InputError
 from rodwnl.options import (
     Certified,
@@ -13,6 +9,7 @@ from rodwnl.options import (
     MaxForce,
     Mesh,
     NoEscalate,
+    Order,
     read_convention,
     read_digits,
     read_max_force,
@@ -41,9 +38,7 @@ def command(
     convention: Convention = None,
     mesh: Mesh = None,
     no_escalate: NoEscalate = False,
-    order: Annotated[
-        int, typer.Option(metavar="N", help="Order of the amplitude equation: 3 (default) or 5.")
-    ] = 3,
+    order: Order = 3,
 ) -> None:
     """Landau coefficients at every threshold: dA/dt = alpha |A|² A + beta (F - F_c) A.
 
@@ -95,9 +90,8 @@ def command(
     )
     for i, c in enumerate(found, 1):
         if c.working_digits > DOUBLE:
-            print(
-                f"Threshold {i}: double precision does not give {ENOUGH} digits; {c.working_digits} were used."
-            )
+            used = f"{c.working_digits} working digits were used"
+            print(f"Threshold {i}: double precision does not give {ENOUGH} digits; {used}.")
         elif c.digits < ENOUGH:
             print(f"Threshold {i}: only {max(c.digits, 0):.0f} digits hold in the worst of these numbers.")
     if beyond:

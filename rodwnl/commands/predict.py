@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rodwnl.options import Json, read_force, takes_rod
+from rodwnl.options import Json, Order, read_force, takes_rod
+from rodwnl.order_report import read_order
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text
 from rodwnl.report import cell, heading, rod_document, rod_sentence, with_unit
@@ -18,18 +19,19 @@ def command(
     rod: RodParameters,
     force: Annotated[str, typer.Option(metavar="F", help="The follower force, 0 <= F < k1.")],
     json: Json = False,
+    order: Order = 3,
 ) -> None:
-    """Amplitude and frequency of the tip at one force, to leading order, from each threshold.
+    """Amplitude and frequency of the tip at one force, from each threshold.
 
     A branch exists on one side of its threshold only; where the threshold is subcritical it is unstable.
     """
     from rodwnl.predictions import predict
 
     exact = read_force(rod, "force", force)
-    predictions = predict(rod, exact)
+    predictions = predict(rod, exact, read_order(order))
     if json:
         entries = [_entry(p) for p in predictions]
-        print_json(rod_document(rod) | {"force": decimal_text(exact), "predictions": entries})
+        print_json(rod_document(rod) | {"force": decimal_text(exact), "order": order, "predictions": entries})
         return
     print(rod_sentence(rod))
     if not predictions:

@@ -56,7 +56,8 @@ def predict_at(
 ) -> Prediction:
     """A_tip = 2√(−Re β/Re α (F − F_c)), ω = ω_c + (Im β − Im α Re β/Re α)(F − F_c).
 
-    beyond: adds the curvatures of A_tip² and ω. (Paper: eq:tipamplitude, eq:tipfrequency.) The branch is stable where −2 Re β (F − F_c) < 0.
+    (Paper: eq:tipamplitude, eq:tipfrequency.) The branch is stable where −2 Re β (F − F_c) < 0. beyond: adds
+    the curvatures of A_tip² and ω.
     """
     c, alpha, beta = coefficients, coefficients.alpha, coefficients.beta
     if c.criticality == "degenerate":

@@ -82,6 +82,7 @@ def certify_threshold(rod: RodParameters, force: float, omega: float, digits: in
     that failed.
     """
     digits = checked_digits(digits)
+    rod.require_plain("a certificate")
     flint()
     with working_bits(COUNT_BITS), _step("existence and uniqueness of the threshold"):
         unique_in = uniqueness_box(rod, force, omega)

@@ -82,12 +82,17 @@ class Corrections:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """α, β of dA/dT = α|A|²A + βΔA and the residuals behind them, in one kind of number."""
+    """α, β of dA/dT = α|A|²A + βΔA and the residuals behind them, in one kind of number.
+
+    alpha_parts, beta_parts: what (g1, g3) and (g2, g4) contribute.
+    """
 
     force: Scalar
     omega: Scalar
     alpha: Scalar
     beta: Scalar
+    alpha_parts: tuple[Scalar, Scalar]
+    beta_parts: tuple[Scalar, Scalar]
     residuals: dict[str, Scalar]
 
 
@@ -205,12 +210,14 @@ def coefficients(state: CriticalState) -> Coefficients:
     g3 = kernels.g3(Theta, Theta_u, H, X.P0, X.P2, s.k1, s.k2, s.force)
     g4 = kernels.g4(Theta, H, Theta_tip, s.k1, s.k2, s.force)
     norm = kernels.norm_integrand(*Psi, Y, Theta, s.gamma3).integral()
-    alpha = kernels.alpha_integrand(*Psi, g1, g3).integral() / norm
-    beta = kernels.beta_integrand(*Psi, g2, g4).integral() / norm
+    zero = s.exponents.field({})
+    by_g1, by_g3 = (kernels.alpha_integrand(*Psi, *g).integral() / norm for g in ((g1, zero), (zero, g3)))
+    by_g2, by_g4 = (kernels.beta_integrand(*Psi, *g).integral() / norm for g in ((g2, zero), (zero, g4)))
+    alpha, beta = by_g1 + by_g3, by_g2 + by_g4
     residuals = {"mode": abs(mode.defect), "adjoint": abs(adjoint.defect)}
     residuals |= _tension_defects(s, mode, X)
     residuals |= _other_route(s, mode, adjoint, X, alpha * norm, beta * norm)
-    return Coefficients(s.force, s.omega, alpha, beta, residuals)
+    return Coefficients(s.force, s.omega, alpha, beta, (by_g1, by_g3), (by_g2, by_g4), residuals)
 
 
 def _tension_defects(state: CriticalState, mode: Mode, X: Corrections) -> dict[str, Scalar]:

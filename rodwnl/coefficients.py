@@ -16,13 +16,15 @@ from typing import Literal
 import numpy as np
 
 from rodwnl import kernels
-from rodwnl.errors import InputError
+from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import Complex, Floats, Real
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
 from rodwnl.parameters import PLAIN, Number, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.spectrum import EPS, HopfSearch, HopfThreshold, finite, hopf_thresholds
 
+DOUBLE = 16  # working digits of double precision
+ENOUGH = 8  # digits below which it is left
 SHIFT = 1e-6  # relative shift of (F, ω) that measures how α and β depend on them
 MORE_NODES = 16  # what the quadrature is compared with
 ROUNDING = 32  # rounding errors of an integrand, in units of EPS
@@ -36,7 +38,8 @@ class LandauCoefficients:
     contribute; of the plain rod what (g1, g3) and (g2, g4) do. A_tip2_slope, omega_slope: d(A_tip²)/dF and
     dω/dF along the branch of limit cycles at onset, which do not depend on how the mode is normalised.
     *_error: estimates of the absolute error. residuals: of the mode, the adjoint and the second-order
-    fields, and |β − dλ/dF|/|β| with dλ/dF from the spectrum.
+    fields, and |β − dλ/dF|/|β| with dλ/dF from the spectrum. working_digits: 16 for double precision, more
+    where it did not suffice.
     """
 
     threshold: HopfThreshold
@@ -51,6 +54,7 @@ class LandauCoefficients:
     A_tip2_slope_error: float
     omega_slope_error: float
     residuals: dict[str, float]
+    working_digits: int = DOUBLE
 
     @property
     def force(self) -> float:
@@ -66,12 +70,14 @@ class LandauCoefficients:
 
     @property
     def digits(self) -> float:
-        """Decimal digits that hold in the worst of F_c, ω_c, α and β; negative where none do."""
+        """Decimal digits that hold in the worst of F_c, ω_c, α, β and the slopes; negative where none do."""
         relative = (
             self.threshold.force_error / self.force,
             self.threshold.omega_error / self.omega,
             self.alpha_error / abs(self.alpha),
             self.beta_error / abs(self.beta),
+            self.A_tip2_slope_error / abs(self.A_tip2_slope),
+            self.omega_slope_error / abs(self.omega_slope),
         )
         return -float(np.log10(max(relative)))
 
@@ -107,15 +113,37 @@ class LandauSearch:
         return self.thresholds[index]
 
 
-def landau(rod: RodParameters, max_force: Number | None = None) -> LandauSearch:
+def landau(rod: RodParameters, max_force: Number | None = None, *, escalate: bool = True) -> LandauSearch:
     """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force.
 
-    max_force is min(k1, 400) by default. Raises what `hopf_thresholds` raises, and ComputationError where the
-    modes are too steep for quadrature in float64.
+    max_force is min(k1, 400) by default. Where float64 keeps fewer than 8 digits of the plain rod's numbers,
+    or its modes are too steep for quadrature, they are computed with more digits (not with escalate=False).
+    Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep and stay so.
     """
     search = hopf_thresholds(rod, max_force)
-    with finite():
-        return LandauSearch(search, tuple(landau_at(rod, threshold) for threshold in search))
+    escalate = escalate and rod.model == PLAIN
+    return LandauSearch(search, tuple(_to_enough_digits(rod, t, escalate) for t in search))
+
+
+def _to_enough_digits(rod: RodParameters, threshold: HopfThreshold, escalate: bool) -> LandauCoefficients:
+    """In float64, or with more digits where that does not give ENOUGH of them and more digits help."""
+    found = None
+    try:
+        with finite():
+            found = landau_at(rod, threshold)
+    except ComputationError:
+        if not escalate:
+            raise
+    if found and (found.digits >= ENOUGH or not escalate):
+        return found
+    from rodwnl.escalation import exact_coefficients  # mpmath, which most rods do not need
+
+    try:
+        return exact_coefficients(rod, threshold)
+    except ComputationError:
+        if found is None:
+            raise
+        return found
 
 
 def landau_at(rod: RodParameters, threshold: HopfThreshold) -> LandauCoefficients:

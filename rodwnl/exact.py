@@ -40,7 +40,8 @@ class MpNumbers(MpArithmetic):
 class ExactThreshold:
     """A Hopf threshold to `digits` digits, each of these numbers (of complex ones: each part).
 
-    force, omega (mpf), alpha, beta (mpc), A_tip2_slope, omega_slope (mpf): dimensionless. working_digits: the
+    force, omega (mpf), alpha, beta (mpc), A_tip2_slope, omega_slope (mpf): dimensionless. alpha_parts,
+    beta_parts: what (g1, g3) and (g2, g4) contribute, at the working precision. working_digits: the
     precision at which they were computed. agreement: the digits to which two working precisions agree.
     residuals: equations that were not imposed, relative to their terms, at the working precision.
     """
@@ -49,6 +50,8 @@ class ExactThreshold:
     omega: Scalar
     alpha: Scalar
     beta: Scalar
+    alpha_parts: tuple[Scalar, Scalar]
+    beta_parts: tuple[Scalar, Scalar]
     A_tip2_slope: Scalar
     omega_slope: Scalar
     digits: int
@@ -74,6 +77,7 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
     ComputationError when there is no threshold near the approximation or the digits cannot be reached.
     """
     digits = checked_digits(digits)
+    rod.require_plain("the exact route")
     working = digits + GUARD
     coarse = _evaluate(rod, mp.mpf(force), mp.mpf(omega), working)
     for _ in range(ATTEMPTS):
@@ -135,8 +139,10 @@ def _slopes(c: Coefficients) -> tuple[Scalar, Scalar]:
 
 
 def _record(c: Coefficients, digits: int, working: int, agreement: float) -> ExactThreshold:
-    slopes = _slopes(c)
-    return ExactThreshold(c.force, c.omega, c.alpha, c.beta, *slopes, digits, working, agreement, c.residuals)
+    return ExactThreshold(
+        c.force, c.omega, c.alpha, c.beta, c.alpha_parts, c.beta_parts, *_slopes(c),
+        digits, working, agreement, c.residuals,
+    )  # fmt: skip
 
 
 def refine_threshold(rod: RodParameters, force: Scalar, omega: Scalar) -> tuple[Scalar, Scalar]:

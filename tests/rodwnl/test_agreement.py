@@ -20,8 +20,6 @@ def test_float64_is_right_within_its_errors_or_refuses(start):
     for index in range(start, start + CHUNK):
         verdict = check(index)
         assert verdict.status in ("agrees", "stable"), verdict
-        if verdict.status == "agrees":
-            assert verdict.digits > 8, verdict
 
 
 def test_rods_are_reproducible_and_fill_the_ranges():
@@ -36,7 +34,7 @@ def test_rods_are_reproducible_and_fill_the_ranges():
 
 def test_a_wrong_number_is_seen():
     rod = random_rod(0)
-    c = landau(rod)[0]
+    c = landau(rod, escalate=False)[0]
     exact = exact_threshold(rod, c.force, c.omega, 20)
     assert max(d.ratio for d in differences(c, exact)) <= 1
     wrong = replace(c, alpha=c.alpha * (1 + 1e-8))

@@ -94,7 +94,8 @@ def test_what_the_errors_do_not_exclude_is_called_degenerate(change):
 
 
 def test_near_the_merging_of_two_thresholds_the_errors_grow():
-    far, near = landau(RodParameters(150, 10000, "1e-4")), landau(RodParameters("147.92152", 10000, "1e-4"))
+    far = landau(RodParameters(150, 10000, "1e-4"), escalate=False)
+    near = landau(RodParameters("147.92152", 10000, "1e-4"), escalate=False)
     for a, b in zip(far, near, strict=True):
         assert b.threshold.force_error > 10 * a.threshold.force_error
         assert b.A_tip2_slope_error / abs(b.A_tip2_slope) > 10 * a.A_tip2_slope_error / abs(a.A_tip2_slope)
@@ -123,7 +124,7 @@ def test_a_search_without_thresholds_has_no_coefficients():
     ids=["moderate", "stiff", "lost"],
 )
 def test_a_rod_much_stiffer_in_shear_than_in_stretch_says_how_many_digits_it_loses(k2, least, most):
-    found = landau(RodParameters(10000, k2, "1e-4"))[0]
+    found = landau(RodParameters(10000, k2, "1e-4"), escalate=False)[0]
     assert least < found.digits < most
     assert (found.criticality == "degenerate") == (found.digits < 0)
 

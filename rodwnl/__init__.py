@@ -13,6 +13,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from rodwnl.batch import landau_batch as landau_batch
     from rodwnl.branches import branch as branch
+    from rodwnl.batch import landau_batch as landau_batch
     from rodwnl.coefficients import landau as landau
     from rodwnl.coexistence import bistability as bistability
     from rodwnl.coexistence import periodic_orbits as periodic_orbits
@@ -34,6 +35,7 @@ _HOME = {
     "branch": "rodwnl.branches",
     "hopf_thresholds": "rodwnl.spectrum",
     "landau": "rodwnl.coefficients",
+    "landau_batch": "rodwnl.batch",
     "landau_batch": "rodwnl.batch",
     "periodic_orbits": "rodwnl.coexistence",
     "predict": "rodwnl.predictions",

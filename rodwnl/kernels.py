@@ -48,6 +48,12 @@ def load(model: str) -> SimpleNamespace:
     return SimpleNamespace(**{name: f for name, f in members.items() if isinstance(f, FunctionType)})
 
 
+def fingerprint(model: str) -> str:
+    """The hash of a rod's emitted modules; raises what `load` raises."""
+    folder, _ = _package(model)
+    return _verify(folder)
+
+
 def own_parameters(model: str) -> dict[str, str]:
     """The parameters that this rod has beyond k1, k2, gamma3 and gamma1, with their defaults as texts."""
     _, package = _package(model)

@@ -1,0 +1,389 @@
+"""Sweeps: thresholds and Landau coefficients of all rods of a grid, in one described file.
+
+The grid is cut into blocks. Each finished block is put into a folder beside the output by one rename, and when all are
+there the output is put together from them, in their order, and renamed into place. So a sweep that was killed at any
+moment goes on with the blocks that are missing, and what comes out does not depend on whether it was, nor on how many
+workers there were.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rodwnl import __version__, kernels
+from rodwnl.batch import ACCURACY, MOST, Status, landau_batch
+from rodwnl.batch_spectrum import Real
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.grids import Block, Grid
+from rodwnl.storage import replacing, require, require_writable
+
+BLOCK = 8192  # rods
+MOST_REASONS = 1000  # kept in the file
+PATIENCE = 3  # how often workers may die without a block finished in between
+SCHEDULER_TIMEOUT = 10  # seconds
+
+Values = dict[str, NDArray[Any]]
+Progress = Callable[[int, int], None]  # rods done, rods in all
+
+# name: (dtype, unit, description); all but status and count once per threshold
+VARIABLES = {
+    "status": ("i1", "1", "how the search ended for this rod"),
+    "count": ("i1", "1", "number of Hopf thresholds of the leading eigenvalue in the range searched"),
+    "force": ("f8", "k3 L-2", "follower force F_c at the threshold"),
+    "omega": ("f8", "k3 gamma2-1 L-4", "frequency at the threshold"),
+    "alpha_re": ("f8", "k3 gamma2-1 L-6", "real part of alpha in dA/dt = alpha |A|^2 A + beta (F - F_c) A, Y(1) = 1"),
+    "alpha_im": ("f8", "k3 gamma2-1 L-6", "imaginary part of alpha"),
+    "beta_re": ("f8", "gamma2-1 L-2", "real part of beta, the slope d lambda/d force of the leading eigenvalue"),
+    "beta_im": ("f8", "gamma2-1 L-2", "imaginary part of beta"),
+    "A_tip2_slope": ("f8", "k3-1 L4", "slope of the squared tip amplitude in the force, at onset of the branch"),
+    "omega_slope": ("f8", "gamma2-1 L-2", "slope of the frequency in the force, at onset of the branch"),
+    "crossing": ("i1", "1", "+1 destabilizing, -1 restabilizing, 0 no threshold"),
+    "residual": ("f8", "1", "largest relative residual of threshold, modes and corrections"),
+    "error": ("f8", "1", "estimated relative error of alpha and beta"),
+}  # fmt: skip
+PARAMETERS = {
+    "k1": ("k3 L-2", "stretch stiffness"),
+    "k2": ("k3 L-2", "shear stiffness"),
+    "gamma3": ("gamma2 L2", "rotational drag"),
+    "gamma1": ("gamma2", "axial drag"),
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A grid, where its sweep goes, and what identifies both: `provenance` stands in the file."""
+
+    grid: Grid
+    out: Path
+    provenance: dict[str, str]
+
+    @property
+    def parts(self) -> Path:
+        return self.out.with_name(self.out.name + ".parts")
+
+    def part(self, number: int) -> Path:
+        return self.parts / f"{number:06d}.npz"
+
+    @property
+    def blocks(self) -> list[Block]:
+        return list(self.grid.blocks(BLOCK))
+
+
+def sweep(
+    grid: Grid,
+    out: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: Progress = lambda done, total: None,
+) -> None:
+    """Compute all rods of the grid and write them to `out`, a .nc file or a .zarr folder.
+
+    workers: processes on this machine (default: one a core), or scheduler: the address of a Dask scheduler. resume: go
+    on with what an earlier run of the same grid left; overwrite: begin anew. Raises InputError before any work where
+    the output cannot be written, exists already, or was made by another grid or version; ComputationError where
+    workers keep dying.
+    """
+    plan = prepare(grid, out, resume=resume, overwrite=overwrite)
+    if out.exists():
+        return
+    blocks = plan.blocks
+    missing = [i for i in range(len(blocks)) if not plan.part(i).exists()]
+    done = grid.size - sum(_size(blocks[i]) for i in missing)
+    progress(done, grid.size)
+    tasks = ((i, grid.rods(blocks[i]), grid.max_force) for i in missing)
+    results = _on_dask(tasks, scheduler) if scheduler else _on_this_machine(tasks, workers or _cores())
+    for number, values in results:
+        with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
+            np.savez(file, **values)
+        done += _size(blocks[number])
+        progress(done, grid.size)
+    (_to_zarr if out.suffix == ".zarr" else _to_netcdf)(plan)
+    shutil.rmtree(plan.parts)
+
+
+def prepare(grid: Grid, out: Path, *, resume: bool, overwrite: bool) -> Plan:
+    """Everything that can be refused, before the work: writes the plan into the folder of parts."""
+    if out.suffix not in (".nc", ".zarr"):
+        raise InputError(f"the output is {out}: its name must end in .nc (netCDF) or .zarr")
+    if resume and overwrite:
+        raise InputError("--resume keeps what there is and --overwrite removes it: give one of them")
+    require("h5netcdf", "sweep")
+    if out.suffix == ".zarr":
+        require("zarr", "sweep")
+    plan = Plan(grid, out, provenance(grid))
+    found = _found(plan)
+    if found is not None and not (resume or overwrite):
+        raise InputError(
+            f"{out} exists, whole or in parts: give --resume to go on with it or --overwrite to begin anew"
+        )
+    if found is not None and resume:
+        _require_same(plan, found)
+    elif overwrite:
+        for path in (out, plan.parts):
+            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    if out.suffix == ".nc" or not out.exists():
+        require_writable(out, _expected_size(grid))
+    if not out.exists():
+        plan.parts.mkdir(exist_ok=True)
+        with replacing(plan.parts / "plan.json") as temporary:
+            temporary.write_text(json.dumps(plan.provenance, indent=1), encoding="utf-8")
+    return plan
+
+
+def provenance(grid: Grid) -> dict[str, str]:
+    """What decides the numbers: program, rod, emitted code, accuracy, the grid and how it is cut."""
+    return {
+        "program": f"rodwnl {__version__}",
+        "rod": kernels.DEFAULT,
+        "emitted_code": kernels.fingerprint(kernels.DEFAULT),
+        "accuracy": repr(ACCURACY),
+        "grid": grid.description,
+        "rods_per_block": str(BLOCK),
+    }
+
+
+def _found(plan: Plan) -> dict[str, str] | None:
+    """The provenance of an output, or of parts of one, that exists already."""
+    text = plan.parts / "plan.json"
+    try:
+        if plan.out.exists():
+            return {name: str(value) for name, value in _attributes(plan.out).items()}
+        return dict(json.loads(text.read_text(encoding="utf-8"))) if text.exists() else None
+    except (OSError, ValueError, KeyError, AttributeError):
+        return {}
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    if path.suffix == ".zarr":
+        return dict(require("zarr", "sweep").open_group(path, mode="r").attrs)
+    with require("h5netcdf", "sweep").File(path, "r") as file:
+        return dict(file.attrs)
+
+
+def _require_same(plan: Plan, found: dict[str, str]) -> None:
+    if not found:
+        raise InputError(
+            f"{plan.out} cannot be resumed: it was not written by rodwnl sweep, or it is damaged"
+        )
+    for name, value in plan.provenance.items():
+        if found.get(name) != value:
+            raise InputError(
+                f"{plan.out} cannot be resumed: its {name.replace('_', ' ')} differs, there {found.get(name)}, here {value}; "
+                f"give --overwrite to begin anew"
+            )
+
+
+def _expected_size(grid: Grid) -> int:
+    per_rod = sum(
+        np.dtype(kind).itemsize * (MOST if name not in ("status", "count") else 1)
+        for name, (kind, *_) in VARIABLES.items()
+    )
+    return 2 * grid.size * per_rod
+
+
+def _size(block: Block) -> int:
+    return int(np.prod(block.shape))
+
+
+# ---- the work
+
+
+def compute(rods: tuple[Real, ...], max_force: float | None) -> Values:
+    """The variables for one block of rods; and its failures, as JSON: flat index in the block -> why."""
+    batch = landau_batch(*rods, max_force=max_force)
+    values: Values = {name: getattr(batch, name) for name in VARIABLES if hasattr(batch, name)}
+    for name in ("alpha", "beta"):
+        numbers = getattr(batch, name)
+        values[f"{name}_re"], values[f"{name}_im"] = numbers.real, numbers.imag
+    return values | {"reasons": np.array(json.dumps(batch.reasons))}
+
+
+Task = tuple[int, tuple[Real, ...], float | None]
+
+
+def _on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int, Values]]:
+    """Results as they come, from a pool of processes; blocks of workers that were killed are computed again."""
+    import multiprocessing
+
+    waiting, deaths = iter(tasks), 0
+    again: list[Task] = []
+    while True:
+        with ProcessPoolExecutor(
+            workers, multiprocessing.get_context("spawn"), initializer=_end_with_parent
+        ) as pool:
+            running: dict[Future[Values], Task] = {}
+            try:
+                while True:
+                    while len(running) < 2 * workers and (
+                        task := again.pop() if again else next(waiting, None)
+                    ):
+                        running[pool.submit(compute, *task[1:])] = task
+                    if not running:
+                        return
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        values = future.result()
+                        deaths = 0
+                        yield running.pop(future)[0], values
+            except BrokenProcessPool:
+                deaths += 1
+                again.extend(running.values())
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        if deaths > PATIENCE:
+            raise ComputationError(
+                f"worker processes died {deaths} times in a row; is there too little memory for {workers} of them? "
+                f"give fewer --workers and --resume"
+            )
+
+
+def _end_with_parent() -> None:
+    """A worker ends when the run that started it is gone, even when that was killed."""
+    import multiprocessing
+    from multiprocessing.connection import wait as wait_for
+    from threading import Thread
+
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
+
+
+def _on_dask(tasks: Iterable[Task], address: str) -> Iterator[tuple[int, Values]]:
+    """Results as they come, from a Dask cluster."""
+    distributed = require("distributed", "sweep")
+    try:
+        client = distributed.Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"the scheduler {address} does not answer within {SCHEDULER_TIMEOUT} s: {error}"
+        ) from None
+    with client:
+        waiting = iter(tasks)
+        numbers: dict[str, int] = {}
+
+        def submit(count: int) -> list[Any]:
+            futures = []
+            for number, *arguments in islice(waiting, count):
+                future = client.submit(compute, *arguments, pure=False)
+                numbers[future.key] = number
+                futures.append(future)
+            return futures
+
+        arriving = distributed.as_completed(
+            submit(2 * sum(client.nthreads().values()) or 2), loop=client.loop, with_results=True
+        )
+        for future, values in arriving:
+            yield numbers.pop(future.key), values
+            for new in submit(1):
+                arriving.add(new)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+# ---- the file
+
+
+def _attributes_of(name: str) -> dict[str, Any]:
+    _, unit, text = VARIABLES[name]
+    if name != "status":
+        return {"long_name": text, "units": unit}
+    meanings = " ".join(status.name.lower() for status in Status)
+    flags = np.array([*Status], dtype="i1")
+    return {"long_name": text, "units": unit, "flag_values": flags, "flag_meanings": meanings}
+
+
+def _loaded(plan: Plan) -> Iterator[tuple[Block, Values]]:
+    for number, block in enumerate(plan.blocks):
+        with np.load(plan.part(number)) as values:
+            yield block, dict(values)
+
+
+def _failures(plan: Plan, block: Block, values: Values) -> Iterator[tuple[str, str]]:
+    for flat, why in json.loads(str(values["reasons"])).items():
+        rod = [x.ravel()[int(flat)] for x in plan.grid.rods(block)]
+        yield ", ".join(f"{n} = {x:.17g}" for n, x in zip(PARAMETERS, rod, strict=True)), why
+
+
+def _coordinates(grid: Grid) -> Iterator[tuple[str, tuple[str, ...], Real, dict[str, str]]]:
+    for name, (unit, text) in PARAMETERS.items():
+        values = grid.values[name]
+        dims = () if values.ndim == 0 else ((name if name in grid.dims else "rod"),)
+        yield name, dims, values, {"long_name": text, "units": unit}
+
+
+def _title(plan: Plan) -> dict[str, str]:
+    return {"title": "Hopf thresholds and Landau coefficients of follower-force rods"} | plan.provenance
+
+
+def _to_netcdf(plan: Plan) -> None:
+    """Block by block, so that memory holds one of them."""
+    h5netcdf = require("h5netcdf", "sweep")
+    grid, chunk = plan.grid, plan.grid.block_shape(BLOCK)
+    with replacing(plan.out) as temporary:
+        with h5netcdf.File(temporary, "w") as file:
+            file.attrs.update(_title(plan))
+            file.dimensions = dict(zip(grid.dims, grid.shape, strict=True)) | {"threshold": MOST}
+            for name, dims, values, attributes in _coordinates(grid):
+                file.create_variable(name, dims, data=values).attrs.update(attributes)
+            for name, (kind, *_) in VARIABLES.items():
+                own = () if name in ("status", "count") else (MOST,)
+                variable = file.create_variable(
+                    name, grid.dims + (("threshold",) if own else ()), kind, chunks=(*chunk, *own),
+                    compression="gzip", compression_opts=1, shuffle=True,
+                    fillvalue=np.nan if kind == "f8" else None,
+                )  # fmt: skip
+                variable.attrs.update(_attributes_of(name))
+                if grid.dims == ("rod",):
+                    variable.attrs["coordinates"] = " ".join(PARAMETERS)
+            failures: list[tuple[str, str]] = []
+            for block, values in _loaded(plan):
+                for name in VARIABLES:
+                    file[name][block.slices] = values[name]
+                failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
+            file.attrs["failures"] = json.dumps(dict(failures))
+
+
+def _to_zarr(plan: Plan) -> None:
+    zarr = require("zarr", "sweep")
+    grid, chunk = plan.grid, plan.grid.block_shape(BLOCK)
+    temporary = plan.parts / "whole.zarr"
+    shutil.rmtree(temporary, ignore_errors=True)
+    root = zarr.open_group(temporary, mode="w", zarr_format=2)
+    for name, dims, values, attributes in _coordinates(grid):
+        array = root.create_array(name, data=np.asarray(values))
+        array.attrs.update(attributes | {"_ARRAY_DIMENSIONS": list(dims)})
+    for name, (kind, *_) in VARIABLES.items():
+        own = () if name in ("status", "count") else (MOST,)
+        array = root.create_array(
+            name, shape=(*grid.shape, *own), chunks=(*chunk, *own), dtype=kind,
+            fill_value=np.nan if kind == "f8" else None,
+        )  # fmt: skip
+        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in _attributes_of(name).items()}
+        array.attrs.update(plain | {"_ARRAY_DIMENSIONS": [*grid.dims, *(["threshold"] if own else [])]})
+        if grid.dims == ("rod",):
+            array.attrs["coordinates"] = " ".join(PARAMETERS)
+    failures: list[tuple[str, str]] = []
+    for block, values in _loaded(plan):
+        for name in VARIABLES:
+            root[name][block.slices] = values[name]
+        failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
+    root.attrs.update(_title(plan) | {"failures": json.dumps(dict(failures))})
+    zarr.consolidate_metadata(temporary)
+    temporary.rename(plan.out)

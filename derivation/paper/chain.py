@@ -17,11 +17,15 @@ from derivation.corrections import second_order
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
 from derivation.paper.algebra import Atom, Poly, atom, constant, from_ring, harmonic, poly
-from derivation.paper.ledger import Row, is_identity, order_of, reduced
-from derivation.paper.lower import Lowering, UndecidedError, UnfitError
+from derivation.paper.kinds import is_identity, order_of
+from derivation.paper.lower import Lowering
+from derivation.paper.meanings import STRAINS, VELOCITIES
 from derivation.paper.notation import Notation
+from derivation.paper.reduction import reduced
+from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Prime, Relation, Sym, walk
-from derivation.paper.theory import STRAINS, VELOCITIES, Theory
+from derivation.paper.theory import Theory
+from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation
 from derivation.resonance import third_order
 from derivation.solvability import solvability

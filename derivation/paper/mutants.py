@@ -12,11 +12,14 @@ from dataclasses import dataclass
 
 from derivation.paper.algebra import Poly
 from derivation.paper.edits import Edit, errors
-from derivation.paper.ledger import Row, ledger, order_of
-from derivation.paper.lower import Lowering, UndecidedError, UnfitError
+from derivation.paper.kinds import order_of
+from derivation.paper.ledger import ledger
+from derivation.paper.lower import Lowering
 from derivation.paper.notation import Notation
+from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Tuple
 from derivation.paper.theory import Theory
+from derivation.paper.values import UndecidedError, UnfitError
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from derivation.paper.edits import ZERO, Edit, repairs
-from derivation.paper.ledger import Row, decide
+from derivation.paper.ledger import decide
 from derivation.paper.notation import Notation
+from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Node, Relation, Rest, Sum, walk
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import latex, tree

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from derivation.paper.algebra import Atom, Monomial, Poly
-from derivation.paper.lower import SCALED
+from derivation.paper.letters import SCALED
 from derivation.paper.notation import Notation
 from derivation.paper.syntax import (
     Abs,

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from derivation.paper.ledger import Row, grouped, ledger, stage_of
-from derivation.paper.lower import Lowering, UndecidedError, UnfitError
+from derivation.paper.kinds import grouped, stage_of
+from derivation.paper.ledger import ledger
+from derivation.paper.lower import Lowering
+from derivation.paper.meanings import FIELDS
 from derivation.paper.notation import Notation
 from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
 from derivation.paper.repair import Repair, repair
+from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Equation, Expr, Relation, Sym
-from derivation.paper.theory import FIELDS, Theory
+from derivation.paper.theory import Theory
 from derivation.paper.typeset import formula, latex, tree
+from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation, derive
 
 

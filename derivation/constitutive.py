@@ -110,7 +110,7 @@ def expand_model(model: RodModel, order: int) -> Constitution:
         )
     return Constitution(
         tuple(w.diff(s).expand() for s in shifted),
-        energy.get((1, 0, 0), Integer(0)),
+        letters.coefficient("W", (1, 0, 0), energy.get((1, 0, 0), Integer(0))),
         drag,
         tip,
         model.body_load,
@@ -120,6 +120,11 @@ def expand_model(model: RodModel, order: int) -> Constitution:
         letters.parameters,
         uniform,
     )
+
+
+def multiplied_out(e: Expr) -> Expr:
+    """Products over sums, but exp(a + b) as it is: a lone exp(1/2) could not be emitted exactly."""
+    return e.expand(power_exp=False, power_base=False, log=False)
 
 
 class _Letters:
@@ -132,7 +137,7 @@ class _Letters:
         self.inverses: dict[str, str] = {}
 
     def stiffness(self, name: str, value: Expr) -> Expr:
-        value = value.expand()
+        value = multiplied_out(value)
         if value == 1:
             return Integer(1)
         if value == 0:
@@ -150,12 +155,13 @@ class _Letters:
     def coefficient(self, kind: str, index: tuple[int, ...], value: Expr) -> Expr:
         """The coefficient itself if the ring can hold it, else a constant ``kind_ijk``."""
         nu = symbol("nu")
-        value = value.expand()
+        value = multiplied_out(value)
         allowed = {*map(symbol, self.parameters), nu}
         if value.is_polynomial(*allowed):
             return value
         numerator, denominator = value.together().as_numer_denom()
-        power = Poly(denominator, nu).as_dict() if denominator.free_symbols == {nu} else {}
+        inverse = denominator.free_symbols == {nu} and denominator.is_polynomial(nu)
+        power = Poly(denominator, nu).as_dict() if inverse else {}
         if len(power) == 1 and numerator.is_polynomial(*allowed):
             (((exponent,), factor),) = power.items()
             self.inverses["nu"] = "nu_inv"

@@ -9,6 +9,7 @@ from sympy import cos as cosine
 from sympy import sin as sine
 from sympy.polys.rings import PolyElement
 
+from derivation.constitutive import multiplied_out
 from derivation.jets import JetRing, from_expr, jet_ring
 from derivation.kinematics import ExactKinematics
 from derivation.model import RodModel
@@ -42,7 +43,7 @@ def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfM
         ArithmeticError: if the rates, put back into the exact velocities, do not balance the stresses.
     """
     ring = exact.ring
-    law: Triple = tuple(factor_terms(model.energy.diff(symbol(q)).expand()) for q in _STRAINS)
+    law: Triple = tuple(factor_terms(multiplied_out(model.energy.diff(symbol(q)))) for q in _STRAINS)
     strains = {symbol(q): _expr(p) for q, p in zip(_STRAINS, exact.strains, strict=True)}
     slopes = [_expr(ring.derive(p, "u")) for p in exact.strains]
     f1, f2, m = (f.xreplace(strains) for f in law)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import sympy
 from sympy import Expr, Integer, Symbol
 from sympy.polys.rings import PolyElement
 
@@ -63,6 +64,15 @@ def scalar(name: str, doc: str) -> Argument:
 def nodal(name: str, doc: str = "") -> Argument:
     """A function of u given at nodes."""
     return Argument(name, symbol(name), doc or _MEANING.get(name) or SHAPES[name][1], NODES)
+
+
+def needs_namespace(formulas: Iterable[Expr]) -> bool:
+    """Whether formulas hold a function (a square root is one) that plain arithmetic does not have."""
+    return any(
+        e.has(sympy.sin, sympy.cos, sympy.exp, sympy.log)
+        or any(not power.exp.is_Integer for power in e.atoms(sympy.Pow))
+        for e in formulas
+    )
 
 
 class Signatures:
@@ -120,7 +130,8 @@ class Signatures:
         plain = {n.replace(BAR, "") for n in used}
         chosen = self._shapes(used) if shapes is None else tuple(a for a in shapes if a.name in plain)
         arguments = (*chosen, scalar("lam", _LAM), *self.parameters)
-        return Function(name, doc, labels, arguments, tuple(outputs.items()), self._conjugates(used))
+        conjugates, namespace = self._conjugates(used), needs_namespace(outputs.values())
+        return Function(name, doc, labels, arguments, tuple(outputs.items()), conjugates, namespace)
 
     @staticmethod
     def _shapes(used: Iterable[str]) -> tuple[Argument, ...]:

@@ -118,7 +118,11 @@ def canonical(hierarchy: Hierarchy, ring: JetRing, p: PolyElement) -> PolyElemen
     p = ring.reduce(p)
     for letter, inverse in law.inverses.items():
         p = ring.reduce(p * ring[letter] ** ring.degree(p, [ring[inverse]]))
-    formulas = {ring[name]: from_expr(e, ring) for name, e in law.constants.items() if name in STRAIGHT}
+    formulas = {
+        ring[name]: from_expr(e, ring)
+        for name, e in law.constants.items()
+        if name in STRAIGHT and e.is_polynomial(*e.free_symbols)  # another letter stays: equal for any value
+    }
     return ring.reduce(ring.apply(p, formulas))
 
 

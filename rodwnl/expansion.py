@@ -58,6 +58,7 @@ def evaluate(rod: RodParameters, force: float, omega: float, nodes: Nodes) -> tu
     X, misfit = second_order(straight, omega, mode, nodes)
     given |= X
     norm = _integral(nodes, straight("norm_integrand", **given)) + straight("norm_boundary", **given)
+    at_tip = {x: X[f"{x}_tip"] for x in ("X0", "X2")}  # boundary terms take tip values under the plain names
     none = np.zeros_like(mode.Y)
     only_y = {"Psi_Theta": none, "Psi_Theta_tip": 0j}
     only_theta = {"Psi_Y": none, "Psi_Y_tip": 0j}
@@ -65,7 +66,7 @@ def evaluate(rod: RodParameters, force: float, omega: float, nodes: Nodes) -> tu
     for i, name in enumerate(("alpha", "beta")):
         for j, only in enumerate((only_y, only_theta)):
             integrand = straight(f"{name}_untransformed", **(given | only))
-            boundary = straight(f"{name}_boundary", **(given | only))
+            boundary = straight(f"{name}_boundary", **(given | only | at_tip))
             parts[i, j] = _integral(nodes, integrand) + boundary
             sizes[i] += float(np.real(_integral(nodes, np.abs(integrand))) + abs(boundary))
     residuals = {**mode.residuals, "second_order": misfit}
@@ -145,7 +146,7 @@ def second_order(
         )  # fmt: skip
         known |= {x: X, f"{x}_u": X_u, f"{x}_tip": X_tip}
         slope = np.broadcast_to(straight(f"{p}_slope", **given, **known), nodes.u.shape)
-        tip = straight(f"{p}_tip", **at_tip, **(known | {x: X_tip}))
+        tip = straight(f"{p}_tip", **(at_tip | {x: X_tip}))
         known[p] = P = tip - nodes.to_tip @ slope
         misfit = P - straight(p, **given, **known)
         # With "+ c.c." only Re X0 and Re P0 mean anything; the two laws differ in Im P0.

@@ -82,6 +82,7 @@ def cache_folder() -> Path:
 
 
 def _derive(text: str, root: Path) -> Path:
+    from derivation.emit.lower import EmissionError
     from derivation.emit.write import render, write
     from derivation.errors import ModelError
     from derivation.modules import EMITTED_ORDER, package
@@ -92,6 +93,8 @@ def _derive(text: str, root: Path) -> Path:
         files = render(package(derive(model, order=EMITTED_ORDER)))
     except ModelError as error:
         raise InputError(f"{text}: {error}") from None
+    except EmissionError as error:
+        raise InputError(f"{text}: {error}; give such a number as a parameter with a default") from None
     root.mkdir(parents=True, exist_ok=True, mode=0o700)
     write(files, root)
     return root / model.name

@@ -73,7 +73,7 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
     positive, the energy convex and the drag positive.
     """
     functions = kernels.load(rod.model)
-    values: dict[str, Any] = parameter_values(rod) | {"force": force}
+    values: dict[str, Any] = parameter_values(rod) | {"force": force, "xp": np}
     if "nu" in arguments(functions.straight_rod):
         values["nu"] = _stretch(rod, functions, values)
     straight = StraightRod(functions, force, values)
@@ -104,18 +104,18 @@ def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str
 
 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    y, theta = straight("y_row", u=ENDS), straight("theta_row", u=ENDS)
-    drag = straight("drag_weights", u=ENDS)
-    for what, value, assumption in (
-        ("the stretch", straight.stretch(ENDS)[0], "the straight rod must have positive length"),
-        ("the stretch stiffness", straight("stretch_stiffness", u=ENDS), "its energy must be convex there"),
-        ("the shear stiffness", y[2], "its energy must be convex there"),
-        ("the bending stiffness", theta[5], "its energy must be convex there"),
-        ("the axial drag", drag[0], "drag must be positive"),
-        ("the transverse drag", drag[1], "drag must be positive"),
-        ("the rotational drag", drag[2], "drag must be positive"),
-    ):
-        least = float(np.min(np.real(value)))
+    length, convex = "the straight rod must have positive length", "its energy must be convex there"
+    checks: tuple[tuple[str, Callable[[], Any], str], ...] = (
+        ("the stretch", lambda: straight.stretch(ENDS)[0], length),  # first: the others may divide by it
+        ("the stretch stiffness", lambda: straight("stretch_stiffness", u=ENDS), convex),
+        ("the shear stiffness", lambda: straight("y_row", u=ENDS)[2], convex),
+        ("the bending stiffness", lambda: straight("theta_row", u=ENDS)[5], convex),
+        ("the axial drag", lambda: straight("drag_weights", u=ENDS)[0], "drag must be positive"),
+        ("the transverse drag", lambda: straight("drag_weights", u=ENDS)[1], "drag must be positive"),
+        ("the rotational drag", lambda: straight("drag_weights", u=ENDS)[2], "drag must be positive"),
+    )
+    for what, value, assumption in checks:
+        least = float(np.min(np.real(value())))
         if not least > 0:
             raise InputError(
                 f"rod {rod.model!r}, straight under force = {np.real(straight.force):.10g}: {what} is "

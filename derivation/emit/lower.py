@@ -25,7 +25,7 @@ from derivation.emit.nodes import (
     Sum,
 )
 
-FUNCTIONS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp"}  # sqrt is a power in SymPy
+FUNCTIONS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp", sympy.log: "log"}  # sqrt is a power
 
 
 class EmissionError(ValueError):
@@ -35,7 +35,7 @@ class EmissionError(ValueError):
 def _refuse(expr: sympy.Basic) -> Node:
     raise EmissionError(
         f"cannot emit {type(expr).__name__} in {expr}: allowed are symbols, integers, sums, products, "
-        f"quotients, integer powers, conjugate, and sin, cos, exp, sqrt in a function that takes a namespace"
+        f"quotients, integer powers, conjugate; sin, cos, exp, log, sqrt in a function that takes a namespace"
     )
 
 

@@ -37,7 +37,7 @@ class Function:
     """One function to emit: named outputs, the arguments they may use, the paper's labels they stem from.
 
     `conjugates` holds pairs (Yc, Y) of symbols: Yc stands for the conjugate of the argument Y. `namespace`
-    allows sin, cos, exp and sqrt and puts the namespace that has them first among the arguments.
+    allows sin, cos, exp, log and sqrt and puts the namespace that has them first among the arguments.
     """
 
     name: str

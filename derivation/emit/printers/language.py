@@ -172,7 +172,7 @@ JULIA = Language(
     reserved=words(
         "baremodule begin break catch const continue do else elseif end export false finally for function "
         "global if import in isa let local macro module quote return struct true try using while where "
-        "im pi conj sin cos exp sqrt"
+        "im pi conj sin cos exp log sqrt"
     ),
 )
 
@@ -191,7 +191,7 @@ C = Language(
     reserved=words(
         "auto break case char const continue default do double else enum extern float for goto if inline int "
         "long register restrict return short signed sizeof static struct switch typedef union unsigned void "
-        "volatile while complex imaginary I conj sin cos exp sqrt rodwnl_number rodwnl_power"
+        "volatile while complex imaginary I conj sin cos exp log sqrt rodwnl_number rodwnl_power"
     ),
 )
 

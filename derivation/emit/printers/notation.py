@@ -112,7 +112,7 @@ def _in_squares(node: Node, notation: Notation) -> Node:
 
 
 def camel_case(name: str) -> str:
-    """Theta_bar_u as thetaBarU: to Mathematica an underscore is a pattern, and capitals begin its own names."""
+    """Theta_bar_u as thetaBarU: in Mathematica an underscore is a pattern, and capitals begin its names."""
     first, *others = name.split("_")
     return first[:1].lower() + first[1:] + "".join(part[:1].upper() + part[1:] for part in others)
 
@@ -126,7 +126,13 @@ LATEX = Notation(
     power=("{{{}}}^{{{}}}", ATOM),
     conjugate=(r"\overline{{{}}}", SUM),
     call=r"{}\left({}\right)",
-    functions={"sin": r"\sin", "cos": r"\cos", "exp": r"\exp", "sqrt": r"\operatorname{sqrt}"},
+    functions={
+        "sin": r"\sin",
+        "cos": r"\cos",
+        "exp": r"\exp",
+        "log": r"\log",
+        "sqrt": r"\operatorname{sqrt}",
+    },
     brackets=r"\left({}\right)",
 )
 
@@ -135,7 +141,14 @@ PYTHON = Notation(imaginary="1j", call="xp.{}({})", squares=True)
 
 JAX = Notation(imaginary="1j", call="jnp.{}({})", squares=True)
 
-JULIA = Notation(imaginary="im", power=("{}^{}", ATOM), conjugate=("conj({})", SUM))
+# Spaces, because a number directly before a bracket or a name is a product of its own in Julia.
+JULIA = Notation(
+    imaginary="im",
+    times=" * ",
+    quotient=("{} / {}", PRODUCT, POWER),
+    power=("{}^{}", ATOM),
+    conjugate=("conj({})", SUM),
+)
 
 # C has no powers: a small function of the header multiplies. The functions are those of <tgmath.h>.
 C = Notation(imaginary="I", power=("rodwnl_power({}, {})", SUM), conjugate=("conj({})", SUM))
@@ -145,6 +158,6 @@ MATHEMATICA = Notation(
     power=("{}^{}", ATOM),
     conjugate=("Conjugate[{}]", SUM),
     call="{}[{}]",
-    functions={"sin": "Sin", "cos": "Cos", "exp": "Exp", "sqrt": "Sqrt"},
+    functions={"sin": "Sin", "cos": "Cos", "exp": "Exp", "log": "Log", "sqrt": "Sqrt"},
     name=camel_case,
 )

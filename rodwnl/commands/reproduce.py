@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from rodwnl.options import Json
+from rodwnl.options import Digits, Json, read_digits
 from rodwnl.output import complex_number, number, print_json, print_table
 
 if TYPE_CHECKING:
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 _MARKS = {"numeric": "", "erratum": " (erratum)", "differs": " (DIFFERS)"}
 
 
-def command(json: Json = False) -> int:
+def command(json: Json = False, digits: Digits = None) -> int:
     """The paper's tables, cell by cell, beside computed values at the printed precision.
 
     A cell that does not hold is shown with more digits and with the value of an independent computation. The
@@ -19,15 +19,19 @@ def command(json: Json = False) -> int:
     """
     from rodwnl.tables import compared_rows
 
+    wanted = read_digits(digits)
     rows = compared_rows()
     cells = [cell for _, row_cells in rows for cell in row_cells]
     counts = {status: sum(cell.status == status for cell in cells) for status in _MARKS}
+    exact = [] if wanted is None else _exact_entries([row for row, _ in rows], wanted)
     if json:
-        print_json({"tables": [_entry(cell) for cell in cells], "counts": counts})
+        print_json({"tables": [_entry(cell) for cell in cells], "counts": counts, "exact": exact})
     else:
         for table in dict.fromkeys(row.table for row, _ in rows):
             _print_one(table, [(row, row_cells) for row, row_cells in rows if row.table == table])
         _print_exceptions([cell for cell in cells if cell.status != "numeric"])
+        for entry in exact:
+            _print_exact(entry)
         print(", ".join(f"{count} {status}" for status, count in counts.items()))
     return 1 if counts["differs"] else 0
 
@@ -65,6 +69,30 @@ def _print_exceptions(cells: "list[Cell]") -> None:
     for cell in cells:
         if cell.status == "differs":
             print(f"{cell.table} {cell.row} {cell.column}: {cell.remark or 'not a reviewed erratum'}")
+
+
+def _exact_entries(rows: "list[PrintedRow]", digits: int) -> list[dict[str, Any]]:
+    """Each threshold that the tables speak of, once, to so many digits."""
+    from rodwnl.exact import exact_threshold
+    from rodwnl.precise import NUMBERS_OF_HOPF, exact_entry
+    from rodwnl.spectrum import hopf_thresholds
+
+    entries = {}
+    for row in rows:
+        if (row.rod, row.threshold) not in entries:
+            seed = hopf_thresholds(row.rod)[row.threshold - 1]
+            found = exact_threshold(row.rod, seed.force, seed.omega, digits)
+            numbers = exact_entry(found, (*NUMBERS_OF_HOPF, "alpha", "beta"))
+            entries[row.rod, row.threshold] = {"row": row.name, "rod": row.rod.texts(), **numbers}
+    return list(entries.values())
+
+
+def _print_exact(entry: dict[str, Any]) -> None:
+    parts = {"force": entry["force"], "omega": entry["omega"]}
+    for name in ("alpha", "beta"):
+        parts[f"Re {name}"], parts[f"Im {name}"] = entry[name]
+    title = f"{entry['row']} to {entry['digits']} digits"
+    print_table(["", "computed"], [[name, text] for name, text in parts.items()], title=title)
 
 
 def _digits(value: complex) -> str:

@@ -39,12 +39,7 @@ MOST_SAMPLES = 2_000_000
 OSCILLATING = 1e-6  # |Im λ|/|λ| of an eigenvalue that is not real up to round-off
 ATOL = 1e-2  # absolute tolerance over the relative one: angles and displacements of 0.01 L count as large
 LARGEST_PERTURBATION = 3
-LAYER = 0.05  # first part of the run, in which the initial data adapt to the tip conditions
-
-Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True)
+CHUNK = 2 * SAMPLES_PER_PERIOD  # samples read together; in the first the start meets the tip conditions
 class Simulation:
     """One run. Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
@@ -238,7 +233,7 @@ class _Run:
 
     def _keep(self, q: Array, last: bool) -> None:
         self.unread.append(q)
-        if last or len(self.unread) >= 2 * SAMPLES_PER_PERIOD:
+        if last or len(self.unread) >= CHUNK:
             self._read()
 
     def _read(self) -> None:
@@ -247,11 +242,10 @@ class _Run:
             return
         new = np.array(self.unread)
         self.unread = []
-        done = sum(chunk.shape[1] for chunk in self.tips)
+        if self.tips:
+            self.tail = max(self.tail, self.form.tail(new))
         self.tips.append(np.array(self.form.tip(new)))
         self.states = np.concatenate([self.states, new])[-FRAMES:]
-        if done > LAYER * self.samples:
-            self.tail = max(self.tail, self.form.tail(new))
 
     def result(self, rod: RodParameters, epsilon: float, seconds: float) -> Simulation:
         tip = np.concatenate(self.tips, axis=1)
@@ -273,7 +267,7 @@ class _Run:
             theta=theta,
             axial_force=axial_force,
             complete=self.complete,
-            tail=self.tail,
+            tail=self.tail or self.form.tail(self.states[-1:]),  # of a run that ended in its first chunk
             tip_residual=_tip_residual(self.form, x, y, theta),
             evaluations=self.evaluations,
             seconds=seconds,

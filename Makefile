@@ -10,7 +10,7 @@ SHARDS ?= 2
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: reproduce test lint format generate fuzz mutants
+.PHONY: reproduce test lint format generate fuzz mutants peers
 
 reproduce: $(READY)
 	$(BIN)/rodwnl reproduce
@@ -35,6 +35,15 @@ fuzz: $(READY)
 # Errors of the kinds that people make, in every equation of the paper: the ledger must see each.
 mutants: $(READY)
 	$(BIN)/python -m derivation.paper.mutants
+
+# Tools that others wrote, each in an environment of its own: their threshold, frequency and slopes.
+peers: $(READY) .peers/jaxcont/.ready .peers/pyoomph/.ready
+	$(BIN)/python peers/compare.py
+
+.peers/%/.ready: peers/%.txt
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	touch $@
 
 generate: $(READY)
 	$(BIN)/rodwnl derive

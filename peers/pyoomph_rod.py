@@ -3,9 +3,9 @@
     python pyoomph_rod.py '{"k1": 200, "k2": 1e4, "gamma3": 1e-4, "gamma1": 0.5, "force": 49.8,
                             "omega": 334, "elements": 80, "steps": 40, "distance": 0.02}'
 
-`force` and `omega` are where the search starts; `elements` and `steps` those of the rod and of the period; the
-orbits lie `distance` and twice that from the threshold. Lengths in L, times in γ2 L⁴/k3. The last line printed
-is one JSON object.
+`force` and `omega` are where the search starts; `elements` divide the rod and `steps` the period; the orbits
+lie `distance` and twice that from the threshold. Lengths in L, times in γ2 L⁴/k3. The last line printed is one
+JSON object.
 """
 
 import json

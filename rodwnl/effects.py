@@ -22,7 +22,7 @@ from rodwnl.tables import printed_rows
 if TYPE_CHECKING:
     from derivation.paper.algebra import Atom, Poly
     from derivation.paper.chain import Chain
-    from derivation.paper.ledger import Row
+    from derivation.paper.rows import Row
     from derivation.paper.notation import Notation
     from derivation.paper.theory import Theory
 

@@ -3,17 +3,15 @@
 A paper's equation may hold any letter, at any order, at an end of the rod, in an exponential or under an
 integral; the rings of :mod:`derivation.jets` have a fixed list of variables. Here a variable is an
 :class:`Atom`, a monomial a set of atoms with their (possibly negative) powers, and derived objects are
-carried over by :func:`from_ring`. As there, equality is that the difference is zero.
+carried over by :mod:`derivation.paper.carry`. As there, equality is that the difference is zero.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar, Literal, Union
 
 from sympy import QQ_I
-from sympy.polys.rings import PolyElement
 
 Kind = Literal[
     "constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"
@@ -141,7 +139,7 @@ class Poly:
         if len(self.terms) > 1:
             return atom(Atom("inverse", arg=self))
         ((m, c),) = self.terms.items()
-        return Poly.of([(_normal((a, -e) for a, e in m), QQ_I.one / c)])
+        return Poly.of([(normal((a, -e) for a, e in m), QQ_I.one / c)])
 
     @property
     def is_atom(self) -> bool:
@@ -284,10 +282,10 @@ def _times(m: Monomial, n: Monomial) -> Monomial:
     powers = dict(m)
     for a, e in n:
         powers[a] = powers.get(a, 0) + e
-    return _normal(powers.items())
+    return normal(powers.items())
 
 
-def _normal(items: Iterable[tuple[Atom, int]]) -> Monomial:
+def normal(items: Iterable[tuple[Atom, int]]) -> Monomial:
     """Zero powers dropped, exponentials joined into one."""
     kept = [(a, e) for a, e in items if e]
     exps = [(a, e) for a, e in kept if a.kind == "exp"]
@@ -360,35 +358,3 @@ def _rate(a: Atom, variable: str) -> Poly | None:
     if variable == "u" and _depends_on_u(a):
         return atom(a.replace(u=a.u + 1))
     return None
-
-
-_JET = re.compile(r"(x|y|theta)([0-9])(?:_(u*)((?:tau)*)(T*))?")
-_SHAPE = re.compile(r"(Theta|Y|H|X0|X2|P0|P2|Psi_Y|Psi_Theta)(_bar)?(_tip)?(?:_(u+))?")
-_EXACT = re.compile(r"(x|y|theta|cos|sin|h1|h2|Pi|v1|v2|Omega|F1|F2|M)(?:_(u*)(t*))?")
-
-
-def from_ring(p: PolyElement) -> Poly:
-    """An element of one of the derivation's rings, by the names of its generators."""
-    images = [_generator(str(g)) for g in p.ring.gens]
-    return Poly.of(
-        (_normal((a, s * e) for (a, s), e in zip(images, m, strict=True)), QQ_I.convert(c))
-        for m, c in p.terms()
-    )
-
-
-def _generator(name: str) -> tuple[Atom, int]:
-    """The atom of a generator, and the sign of its power (``k1_inv`` is k1 to the power -1)."""
-    if m := _JET.fullmatch(name):
-        f, n, u, tau, slow = m.groups(default="")
-        return Atom("field", f, int(n), len(u), len(tau) // 3, len(slow)), 1
-    if m := _SHAPE.fullmatch(name):
-        shape, bar, tip, u = m.groups(default="")
-        return Atom("shape", shape, u=len(u), bar=bool(bar), place=1 if tip else None), 1
-    if m := re.fullmatch(r"A(_T)?(_bar)?", name):
-        return Atom("amplitude", "A", slow=int(bool(m[1])), bar=bool(m[2])), 1
-    if m := _EXACT.fullmatch(name):
-        f, u, t = m.groups(default="")
-        return Atom("exact", f, u=len(u), tau=len(t)), 1
-    if name.endswith("_inv"):
-        return Atom("constant", name[:-4]), -1
-    return Atom("constant", name), 1

@@ -16,7 +16,8 @@ from derivation.adjoint import adjoint_problem
 from derivation.corrections import second_order
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
-from derivation.paper.algebra import Atom, Poly, atom, constant, from_ring, harmonic, poly
+from derivation.paper.algebra import Atom, Poly, atom, constant, harmonic, poly
+from derivation.paper.carry import from_ring
 from derivation.paper.kinds import is_identity, order_of
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import STRAINS, VELOCITIES

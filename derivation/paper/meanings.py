@@ -24,9 +24,9 @@ from derivation.paper.algebra import (
     atom,
     constant,
     exp,
-    from_ring,
     poly,
 )
+from derivation.paper.carry import from_ring
 from derivation.pipeline import Derivation
 from derivation.resonance import Transformation
 from derivation.symbols import symbol

@@ -12,9 +12,10 @@ from lark import Token
 from derivation.errors import ReadError
 from derivation.paper.notation import Notation
 from derivation.paper.parse import parse
+from derivation.paper.pieces import Piece, split
 from derivation.paper.scan import Cell, Display, Inline, Table, scan
 from derivation.paper.syntax import Equation, Expr, Num, Relation, Sym, Tuple
-from derivation.paper.tokens import Piece, split, tokenize
+from derivation.paper.tokens import tokenize
 
 MAX_EQUATIONS = 2_000
 Named = tuple[str, Equation]

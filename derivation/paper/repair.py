@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from derivation.paper.edits import ZERO, Edit, repairs
+from derivation.paper.edits import Edit, repairs
 from derivation.paper.ledger import decide
+from derivation.paper.mistakes import ZERO
 from derivation.paper.notation import Notation
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Node, Relation, Rest, Sum, walk

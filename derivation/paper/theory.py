@@ -11,9 +11,9 @@ from derivation.paper.algebra import (
     Poly,
     atom,
     constant,
-    from_ring,
     poly,
 )
+from derivation.paper.carry import from_ring
 from derivation.paper.meanings import FIELDS, ORDERS, STRAINS, STRESSES, VELOCITIES, Meanings
 
 

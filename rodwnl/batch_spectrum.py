@@ -24,7 +24,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int_]
 Mask = NDArray[np.bool_]
-Rods = tuple[Real, Real, Real]  # k1, k2, gamma3
+Rods = tuple[Any, Any, Any]  # k1, k2, gamma3: arrays, or jets
 R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 11  # of the scan in the force, at Fmax (m/10)²
@@ -45,7 +45,7 @@ ROUGHLY, CONVERGED = 1e-4, 1e-11  # a relative step that leaves an error of abou
 
 @dataclass(frozen=True, slots=True)
 class Jet:
-    """A function of (F, λ) at n points: its value (n,) and its derivatives by F and by λ, slopes (2, n)."""
+    """A function of some variables, such as F and λ, at n points: its value (n,) and its derivatives (variables, n)."""
 
     value: Any
     slopes: Any
@@ -78,6 +78,10 @@ class Jet:
         inverse = 1 / other.value
         quotient = self.value * inverse
         return Jet(quotient, (self.slopes - quotient * other.slopes) * inverse)
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        inverse = other / self.value
+        return Jet(inverse, self.slopes * (-inverse / self.value))
 
     __radd__, __rmul__ = __add__, __mul__
 
@@ -168,6 +172,14 @@ def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Comple
         value: Jet = characteristic(_rods_at(rods, part), *at).scaled
         D[part], D_F[part], D_lam[part] = value.value, *value.slopes
     return D, D_F, D_lam
+
+
+def gradient(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex]:
+    """The scaled D, (n,), and its derivatives by k1, k2, gamma3, force, λ, (5, n)."""
+    unit = np.eye(5)[..., None]
+    k1, k2, gamma3, F, eigenvalue = (Jet(x, e) for x, e in zip((*rods, force, lam), unit, strict=True))
+    D: Jet = characteristic((k1, k2, gamma3), F, eigenvalue).scaled
+    return D.value, D.slopes
 
 
 # ---- one line F = const

@@ -40,6 +40,11 @@ OSCILLATING = 1e-6  # |Im λ|/|λ| of an eigenvalue that is not real up to round
 ATOL = 1e-2  # absolute tolerance over the relative one: angles and displacements of 0.01 L count as large
 LARGEST_PERTURBATION = 3
 CHUNK = 2 * SAMPLES_PER_PERIOD  # samples read together; in the first the start meets the tip conditions
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
 class Simulation:
     """One run. Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 

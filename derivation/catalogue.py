@@ -16,7 +16,7 @@ from derivation.motion import equations_of_motion
 from derivation.pipeline import Derivation
 from derivation.present import expression
 from derivation.resonance import Transformation
-from derivation.symbols import BAR, FIELDS, jet_name, register, symbol
+from derivation.symbols import BAR, FIELDS, jet_name, latex_of, register, symbol
 
 STRAINS = ("h1", "h2", "Pi")
 VELOCITIES = ("v1", "v2", "Omega")
@@ -48,6 +48,7 @@ def objects(d: Derivation) -> Mapping[str, Object]:
         _adjoint,
         _solvability,
         _amplitude,
+        _normal_form,
     )
     return {o.name: o for stage in stages for o in stage(d)}
 
@@ -330,3 +331,22 @@ def _amplitude(d: Derivation) -> Iterator[Object]:
     )
     for left, title, label, e in rows:
         yield Object(left.name, title, "amplitude", label, (_equal(left, e),))
+
+
+def _normal_form(d: Derivation) -> Iterator[Object]:
+    """Forcing and traction of every response, and with them the orders beyond the third."""
+    for form in (d.normal_form, d.pitchfork):
+        if form is None:
+            continue
+        letter, prefix = ("a", "steady_") if form.steady else ("A", "")
+        for r in form.responses:
+            p, q, k = r.index
+            equations = []
+            for kind, rows in (("forcing", r.forcing), ("traction", r.traction)):
+                for shape, row in zip(r.shapes, rows, strict=True):
+                    name = f"{shape}_{kind}"
+                    left = register(name, f"\\mathrm{{{kind}}}[{latex_of(shape)}]")
+                    equations.append(_equal(left, expression(form.ring, row)))
+            term = f"{letter}^{p} delta^{k}" if form.steady else f"{letter}^{p} {letter}*^{q} delta^{k}"
+            title = f"problem of the response to {term}"
+            yield Object(prefix + r.shapes[0], title, "anyorder", "eq:hierarchy", tuple(equations))

@@ -28,6 +28,10 @@ def command(
         str | None, typer.Option(metavar="NAME", help="Print the steps from the kinematics to an object.")
     ] = None,
     form: Annotated[Format | None, typer.Option("--format", help="With --show. Default: text.")] = None,
+    order: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="With --show or --explain: derive to order 3 (default), 5, 7, ..."),
+    ] = None,
 ) -> int:
     """Derive the theory from the rod's exact kinematics and write the package `generated`.
 
@@ -37,13 +41,15 @@ def command(
     if explain is not None:
         if check or out is not None or show is not None:
             raise InputError("--explain prints steps and writes nothing: leave out --check, --out and --show")
-        return _explain(model, explain, form or "text")
+        return _explain(model, explain, form or "text", _checked(order))
     if show is not None:
         if check or out is not None:
             raise InputError("--show prints an object and writes nothing: leave out --check and --out")
-        return _show(model, show, form or "text")
+        return _show(model, show, form or "text", _checked(order))
     if form is not None:
         raise InputError("--format says how --show NAME prints: add --show, or leave it out")
+    if order is not None:
+        raise InputError("--order goes with --show or --explain: what is written goes to order 5 in any case")
 
     from derivation.emit.write import difference, render, write
     from derivation.model import MODELS
@@ -68,7 +74,18 @@ def command(
     return 0
 
 
-def _show(model: str | None, name: str, form: Format) -> int:
+def _checked(order: int | None) -> int:
+    """Raises InputError for an order at which the amplitude equation gains no term, or far beyond use."""
+    if order is None:
+        return 3
+    if order not in (3, 5, 7, 9):
+        raise InputError(
+            f"--order is {order}, but the amplitude equation gains terms at the orders 3, 5, 7 and 9"
+        )
+    return order
+
+
+def _show(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
     from derivation.model import FOLLOWER
@@ -77,7 +94,7 @@ def _show(model: str | None, name: str, form: Format) -> int:
     from rodwnl.models import find_model
 
     rod: RodModel = FOLLOWER if model is None else find_model(model)
-    known = objects(derive(rod))
+    known = objects(derive(rod, order))
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
     equations = known[name].equations
@@ -86,7 +103,7 @@ def _show(model: str | None, name: str, form: Format) -> int:
     return 0
 
 
-def _explain(model: str | None, name: str, form: Format) -> int:
+def _explain(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
     from derivation.explain import explain
@@ -95,7 +112,7 @@ def _explain(model: str | None, name: str, form: Format) -> int:
     from derivation.symbols import latex_names
     from rodwnl.models import find_model
 
-    derivation = derive(FOLLOWER if model is None else find_model(model))
+    derivation = derive(FOLLOWER if model is None else find_model(model), order)
     known = objects(derivation)
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")

@@ -9,7 +9,7 @@ from derivation.criticalmode import critical_mode_problem
 from derivation.emit.printers import auto
 from derivation.emit.printers.auto import Start
 from derivation.emit.printers.document import document
-from derivation.emit.printers.language import C, JAX, JULIA, MATHEMATICA, Language, source
+from derivation.emit.printers.language import JAX, JULIA, MATHEMATICA, C, Language, source
 from derivation.modules import package
 from derivation.pipeline import Derivation
 

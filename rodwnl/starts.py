@@ -17,7 +17,7 @@ from rodwnl.thresholds import nodes_at
 
 @dataclass(frozen=True)
 class ModeStart:
-    """title: where the mode is. parameters: all of the rod, force and omega (and nu where it is one), by name.
+    """title: where the mode is. parameters: of the rod, with force and omega (and nu where it is one).
 
     table (N, 10): places on the rod, barycentric weights, then Y, H, Theta, Theta', real and imaginary.
     """

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import groupby
 
-from sympy import Eq, latex
+from sympy import Basic, Eq, Expr, Integral, Tuple, latex
 
 from derivation.catalogue import Object, objects
-from derivation.emit.lower import Lowering
-from derivation.emit.nodes import Name
+from derivation.emit.lower import EmissionError, Lowering
+from derivation.emit.nodes import Name, Node
 from derivation.emit.printers.notation import LATEX, expression, rows
 from derivation.emit.printers.python import template
 from derivation.pipeline import Derivation
@@ -43,16 +43,25 @@ def _object(o: Object) -> str:
 
 def _equation(equation: Eq, label: str) -> str:
     """An equation, numbered once, on as many lines as it needs."""
-    letters = latex_names()
-    lowered = Lowering(
-        name=lambda symbol: letters.get(symbol) or latex(symbol),
-        opaque=lambda expr: Name(latex(expr, symbol_names=dict(letters))),
-        exact=False,
-    )
-    left = expression(lowered(equation.lhs), LATEX)
-    first, *others = rows(lowered(equation.rhs), LATEX, WIDTH)
-    lines = [f"{left} ={{}}& {first}", *(f"&{line}" for line in others)]
+    left = expression(_lowered(equation.lhs), LATEX)
+    first, *others = rows(_lowered(equation.rhs), LATEX, WIDTH)
+    lines = [f"{left} &= {first}", *(rf"&\quad {line}" for line in others)]
     return " \\notag \\\\\n".join(lines) + label
+
+
+def _lowered(expr: Expr) -> Node:
+    letters = latex_names()
+    return Lowering(name=lambda s: letters.get(s) or latex(s), opaque=_integral, exact=False)(expr)
+
+
+def _integral(expr: Basic) -> Node:
+    """The only thing in an equation that is no arithmetic."""
+    match expr:
+        case Integral(args=(integrand, Tuple(args=(u, start, end)))):
+            return Name(
+                rf"\int_{start}^{end} \mathrm{{d}}{u}\,\left({expression(_lowered(integrand), LATEX)}\right)"
+            )
+    raise EmissionError(f"no LaTeX for {expr}")
 
 
 def _prose(text: str) -> str:

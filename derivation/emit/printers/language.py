@@ -100,8 +100,8 @@ def _function(program: Program, language: Language, title: str) -> str:
         name=language.spell(program.name),
         type=language.types[several],
         arguments=_folded(", ".join(signature)) or language.nothing,
-        names=", ".join(arguments),
-        locals=", ".join([*local, *assigned]),
+        names=_folded(", ".join(arguments)),
+        locals=_folded(", ".join([*local, *assigned])),
         doc="\n".join(_doc(program, language)),
         body="\n".join(_body(program, language)),
     )

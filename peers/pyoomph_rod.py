@@ -4,8 +4,8 @@
                             "omega": 334, "elements": 80, "steps": 40, "distance": 0.02}'
 
 `force` and `omega` are where the search starts; `elements` divide the rod and `steps` the period; the orbits
-lie `distance` and twice that from the threshold. Lengths in L, times in γ2 L⁴/k3. The last line printed is one
-JSON object.
+lie `distance` and twice that from the threshold. Lengths in L, times in γ2 L⁴/k3. The last line printed is
+one JSON object.
 """
 
 import json

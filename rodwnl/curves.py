@@ -33,7 +33,11 @@ FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.05, 1e-7  # along a curve, in 
 MOST_POINTS = 2000
 DIFFERENCE = 1e-5  # relative, for derivatives of α and β by the unknowns: good to its square
 BESIDE = 1e-7  # relative distance in force at which other unstable pairs are counted
-PLACED = 1e-12  # how exactly a special point is placed along its curve
+PLACED, PLACED_ROUGHLY = (
+    1e-12,
+    1e-9,
+)  # how exactly special points are placed; by Newton's method, its last step
+MOST_STEPS = 20
 APART = 1e-3  # of ω: eigenvalues closer than this to the critical one are it
 
 
@@ -168,6 +172,23 @@ def special_curve(point: SpecialPoint, vary: tuple[str, str], stop: float) -> Cu
     return _curve(system, points, vary, end)
 
 
+def special_point(
+    kind: Special, rod: tuple[float, float, float, float], name: str, force: float, omega: float
+) -> SpecialPoint:
+    """The special point near this (force, ω) as the parameter `name` of the rod is free. Raises ComputationError."""
+    system = Equations(rod, (NAMES.index(name),), kind)
+    X = np.log([rod[system.vary[0]], force, omega])
+    for _ in range(MOST_STEPS):
+        G, J = system.linearised(X)
+        step = np.linalg.solve(J, -G)
+        X = X + np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        if np.max(np.abs(step)) < PLACED_ROUGHLY:
+            c = system.coefficients(X[:, None])
+            error = float(np.linalg.norm(np.linalg.inv(J), 2)) * (float(c.rounding[0]) + PLACED)
+            return _record(system, kind, X, c, error)
+    raise ConvergenceError(f"Newton's iteration for a {kind} point near force {force:.6g} did not settle")
+
+
 def _reversed(point: Point) -> Point:
     return replace(point, tangent=-point.tangent)
 
@@ -248,7 +269,7 @@ def _double(system: Equations, point: Point, omega: float) -> SpecialPoint:
         raise ComputationError(f"no second pair was found near force {force[0]:.6g}")
     both = replace(system, pairs=2)
     X = np.append(point.X, np.log(other[np.argmin(np.abs(other.real))].imag))
-    for _ in range(20):
+    for _ in range(MOST_STEPS):
         G, J = both.linearised(X)
         step = np.linalg.solve(J, -G)
         X = X + step

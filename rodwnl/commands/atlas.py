@@ -1,0 +1,36 @@
+"""`rodwnl atlas`: where in parameter space rods flutter, up to which force, and how the flutter begins."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rodwnl.errors import InputError
+
+
+def command(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")] = Path("atlas"),
+    points: Annotated[int, typer.Option(metavar="N", help="Rods along each side of a map.")] = 160,
+    workers: Annotated[int | None, typer.Option(metavar="N", help="Processes. Default: one a core.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier atlas.")] = False,
+) -> None:
+    """Compute and draw the maps of criticality: three planes (k1, k2), and one plane (k1, gamma3).
+
+    Each map shows where there is no flutter, flutter without upper bound, or a window of it; where the lower
+    and the upper thresholds are super- or subcritical; and the curves between these regions.
+    """
+    from rodwnl.atlas import make
+
+    if points < 2:
+        raise InputError(f"--points is {points}, but a map needs at least 2 rods along each side")
+    if workers is not None and not 1 <= workers <= 1024:
+        raise InputError(f"--workers is {workers}, but it must be a whole number from 1 to 1024")
+    if out.is_dir() and any(out.iterdir()) and not overwrite:
+        raise InputError(f"{out} is not empty: give --overwrite to replace the atlas in it, or another --out")
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out} is not a folder")
+    make(out, points, workers, watch=lambda text: print(text, file=sys.stderr))
+    print(
+        f"{out}: maps as .svg and .png, data as .nc, special curves as .csv, counts and witnesses in summary.json"
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,9 +15,11 @@ from rodwnl.spectrum import hopf_thresholds
 from rodwnl.tables import Cell, PrintedRow, compare_rows, compared_rows, printed_rows
 
 if TYPE_CHECKING:
+    from derivation.model import RodModel
     from derivation.paper.notation import Notation
     from derivation.paper.numbers import NumericRow
     from derivation.paper.verify import Finding, Verification
+    from derivation.pipeline import Derivation
 
 STATUSES = ("premise", "verified", "differs", "not decided")
 CELLS = ("numeric", "erratum", "differs")
@@ -75,11 +78,10 @@ def _reading(path: Path | None, action: Any, error: type[Exception]) -> Any:
 def _check(text: str, tex: Path | None, notation: Notation, only: str | None, model: str | None) -> Report:
     from derivation.model import FOLLOWER
     from derivation.paper.verify import verify
-    from derivation.pipeline import derive
     from rodwnl.models import find_model
 
     rod = FOLLOWER if model is None else find_model(model)
-    result = verify(text, notation, derive(rod), only)
+    result = verify(text, notation, _derived(rod), only)
     rows = [row for row in result.tables if only in (None, row.table) and rod is FOLLOWER]
     if only is not None and not result.findings and not rows:
         raise InputError(f"nothing bears the label {only!r}; {_nearby(only, result.labels)}")
@@ -93,6 +95,13 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
         _effects(result) if rod is FOLLOWER else {},
         notation,
     )
+
+
+@cache
+def _derived(rod: RodModel) -> Derivation:
+    from derivation.pipeline import derive
+
+    return derive(rod)
 
 
 def _text(path: Path | None) -> str:

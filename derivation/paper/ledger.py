@@ -37,6 +37,8 @@ def counts(rows: Iterable[Row]) -> dict[str, int]:
 def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
     """One equation: lowered, reduced, judged."""
     if isinstance(equation.body, Tuple):
+        if len(set(equation.body.items)) < len(equation.body.items):
+            return Row(equation, "differs", "names one quantity twice", poly(0))
         return Row(equation, "premise", "names quantities and states nothing about them", poly(0))
     low = Lowering(equation, notation, theory)
     try:

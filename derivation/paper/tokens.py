@@ -45,7 +45,7 @@ LAYOUT = {
 COMMANDS: dict[str, tuple[str, str]] = {
     "equiv": ("REL", "equiv"), "simeq": ("REL", "simeq"), "approx": ("REL", "simeq"), "to": ("REL", "to"),
     "rightarrow": ("REL", "to"), "mapsto": ("REL", "to"), "cdot": ("DOT", "."), "times": ("DOT", "x"),
-    "partial": ("PARTIAL", "d"), "frac": ("FRAC", ""), "dfrac": ("FRAC", ""), "tfrac": ("FRAC", ""),
+    "partial": ("PARTIAL", ""), "frac": ("FRAC", ""), "dfrac": ("FRAC", ""), "tfrac": ("FRAC", ""),
     "sqrt": ("SQRT", ""), "int": ("INT", ""), "sum": ("SERIES", ""), "dagger": ("DAGGER", ""),
     "ast": ("STAR", "*"), "infty": ("INFTY", ""), "cdots": ("DOTS", ""), "dots": ("DOTS", ""),
     "ldots": ("DOTS", ""), "quad": ("QUAD", ""), "qquad": ("QUAD", ""), "prime": ("PRIMES", "'"),
@@ -165,7 +165,8 @@ def _classify(m: re.Match[str], line: int) -> list[Token]:
     if name in FUNCTIONS:
         return [tok("FUNC", name)]
     if name in COMMANDS:
-        return [tok(*COMMANDS[name])]
+        kind, value = COMMANDS[name]
+        return [tok(kind, value or text)]
     raise ReadError(line, f"unknown command {text}; expected mathematics that this reader's grammar knows")
 
 

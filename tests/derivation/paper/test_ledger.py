@@ -123,6 +123,11 @@ def test_a_condition_said_twice_leaves_one_out(notation, theory):
     assert "none is there for theta" in rows[2].reason
 
 
+def test_a_list_that_names_a_quantity_twice(notation, theory):
+    assert one(r"X_0(u), \quad X_2(u)", notation, theory).status == "premise"
+    assert one(r"X_0(u), \quad X_0(u)", notation, theory).status == "differs"
+
+
 def _rederived(derivation, **kinematics):
     """The derivation with other expanded kinematics."""
     expanded = replace(derivation.kinematics, **kinematics)

@@ -61,7 +61,7 @@ def command(
 
 def _print_ledger(report: "Report") -> None:
     """Counts by part of the theory, then whatever does not hold."""
-    from derivation.paper.ledger import GROUPS
+    from derivation.paper.kinds import GROUPS
     from rodwnl.verification import STATUSES
 
     lines = []

@@ -22,8 +22,8 @@ from rodwnl.tables import printed_rows
 if TYPE_CHECKING:
     from derivation.paper.algebra import Atom, Poly
     from derivation.paper.chain import Chain
-    from derivation.paper.rows import Row
     from derivation.paper.notation import Notation
+    from derivation.paper.rows import Row
     from derivation.paper.theory import Theory
 
 #: Below this a relative change is rounding: the modes are good to about 1e-11.

@@ -12,6 +12,7 @@ conditioned for every stiffness. Lengths in L, times in γ2 L⁴/k3, forces in k
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,11 +52,13 @@ class Fields:
 class Pencil:
     """A z = λ B z at one force, (2n + 2, 2n + 2): n rows of y, n of θ, one of either at the tip.
 
+    size: |A| before the terms of its coefficients cancelled, which is what their rounding errors scale with.
     stiffness (2n + 2,): what the rows of M and of the tip stresses were divided by.
     """
 
     A: Array
     B: Array
+    size: Array
     stiffness: Array
     fields: Fields
 
@@ -87,12 +90,14 @@ def pencil(straight: StraightRod, nodes: Nodes) -> Pencil:
     shear[:, :n] = np.eye(n)
     stretch = straight.stretch(nodes.u)
     _, *weights = straight("drag_weights", u=nodes.u)
-    A, B, stiffness = [], [], []
+    A, B, size, stiffness = [], [], [], []
     for name, weight, field in (("y", weights[0], f.Y), ("theta", weights[1], f.Theta)):
         row = straight(f"{name}_row", u=nodes.u)
         scale = row[2] if name == "y" else row[5]
-        terms = zip(_on_shear(row, *stretch), (f.Y, f.H, shear, f.Theta, f.Theta_u, bend), strict=True)
-        A.append(sum(_column(c / scale, n) * field for c, field in terms))
+        fields = f.Y, f.H, shear, f.Theta, f.Theta_u, bend
+        A.append(_combined(_on_shear(row, *stretch), fields, scale, n))
+        absolute = [np.abs(c) for c in row], *(np.abs(s) for s in stretch)
+        size.append(_combined(_on_shear(*absolute), [np.abs(g) for g in fields], scale, n))
         B.append(_column(weight / scale, n) * field)
         stiffness.append(_column(scale, n)[:, 0])
     at_tip = f.Y_tip, f.H_tip, f.Theta_tip, f.Theta_u_tip
@@ -100,15 +105,25 @@ def pencil(straight: StraightRod, nodes: Nodes) -> Pencil:
     for name, scale in (("y", stiffness[0][-1]), ("theta", stiffness[1][-1])):
         still, moving = (straight(f"{name}_tip_row", u=1.0, lam=lam) for lam in (0.0, 1.0))
         drag = [b - a for a, b in zip(still, moving, strict=True)]  # a load with drag is linear in λ
-        for rows, (Y, Y_u, Theta, Theta_u), sign in ((A, still, 1), (B, drag, -1)):
-            on_shear = Y, Y_u, Theta + nu_tip * Y_u, Theta_u
-            terms = zip(on_shear, at_tip, strict=True)
-            rows.append(sign * sum(c / scale * field for c, field in terms)[None])
+        absolute_row, sizes = [np.abs(c) for c in still], [np.abs(g) for g in at_tip]
+        for rows, coefficients, values, nu in (
+            (A, still, at_tip, nu_tip),
+            (B, [-c for c in drag], at_tip, nu_tip),
+            (size, absolute_row, sizes, abs(nu_tip)),
+        ):
+            Y, Y_u, Theta, Theta_u = coefficients
+            rows.append(_combined((Y, Y_u, Theta + nu * Y_u, Theta_u), values, scale, 1))
         stiffness.append(np.atleast_1d(scale))
-    return Pencil(np.vstack(A), np.vstack(B), np.concatenate(stiffness), f)
+    return Pencil(np.vstack(A), np.vstack(B), np.vstack(size).real, np.concatenate(stiffness), f)
 
 
-def _on_shear(row: tuple[Any, ...], nu: Any, nu_u: Any) -> tuple[Any, ...]:
+def _combined(coefficients: Sequence[Any], fields: Sequence[Array], scale: Any, n: int) -> Array:
+    """Σ c·field/scale, n rows; coefficients are numbers or (n,)."""
+    terms = zip(coefficients, fields, strict=True)
+    return np.asarray(sum(_column(c / scale, n) * np.atleast_2d(field) for c, field in terms))
+
+
+def _on_shear(row: Sequence[Any], nu: Any, nu_u: Any) -> tuple[Any, ...]:
     """Coefficients of (Y, Y', Y'', Θ, Θ', Θ'') -> of (Y, H, H', Θ, Θ', Θ''): Y' = H + νΘ."""
     Y, Y_u, Y_uu, Theta, Theta_u, Theta_uu = row
     return Y, Y_u, Y_uu, Theta + nu * Y_u + nu_u * Y_uu, Theta_u + nu * Y_uu, Theta_uu
@@ -121,9 +136,8 @@ def _column(coefficient: Any, n: int) -> Array:
 def stepped(rod: RodParameters, force: float, nodes: Nodes) -> tuple[Pencil, Array, Array]:
     """The pencil, real, and the slopes of A and B in the force."""
     p = pencil(straight_rod(rod, force + 1j * STEP), nodes)
-    real = Pencil(
-        p.A.real, p.B.real, p.stiffness.real, Fields(*(np.real(m) for m in vars(p.fields).values()))
-    )
+    fields = Fields(*(np.real(m) for m in vars(p.fields).values()))
+    real = Pencil(p.A.real, p.B.real, p.size, p.stiffness.real, fields)
     return real, p.A.imag / STEP, p.B.imag / STEP
 
 
@@ -184,11 +198,12 @@ class Eigenpair:
     noise: float
 
 
-def nearest(A: Array, B: Array, shift: complex) -> Eigenpair:
+def nearest(p: Pencil, shift: complex) -> Eigenpair:
     """The eigenvalue next to the shift, by inverse iteration on both sides.
 
     Raises ComputationError where the matrix is singular beyond float64 at the shift.
     """
+    A, B = p.A, p.B
     matrix = A - shift * B
     factors = lu_factor(matrix + 0j, check_finite=False)
     right = left = np.ones(len(A), dtype=complex)
@@ -201,5 +216,5 @@ def nearest(A: Array, B: Array, shift: complex) -> Eigenpair:
         raise ComputationError("inverse iteration broke down: the linear problem is singular in float64")
     # λ = shift + u* (A − shift B) v / u* B v: the small correction keeps its digits
     eigenvalue = shift + left.conj() @ matrix @ right / pairing
-    terms = np.abs(left) @ (np.abs(A) + abs(shift) * np.abs(B)) @ np.abs(right)
+    terms = np.abs(left) @ (p.size + abs(shift) * np.abs(B)) @ np.abs(right)
     return Eigenpair(complex(eigenvalue), right, left, float(ROUNDING * EPS * terms / abs(pairing)))

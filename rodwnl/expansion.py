@@ -89,7 +89,7 @@ def _integral(nodes: Nodes, integrand: Any) -> complex:
 def critical_mode(straight: StraightRod, omega: float, nodes: Nodes) -> Mode:
     """The right and the left vector of the pencil for the eigenvalue next to iω, as functions of u."""
     p = pencil(straight, nodes)
-    pair = nearest(p.A, p.B, 1j * omega)
+    pair = nearest(p, 1j * omega)
     f, n = p.fields, len(nodes.u)
     z = pair.right / (f.Y_tip @ pair.right)
     # u_i = w_i Ψ(u_i) k_i in the rows of M, −Ψ(1) k in those of the tip: k is what the row was divided by

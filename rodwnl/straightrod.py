@@ -83,20 +83,27 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
 
 def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str, Any]) -> complex:
     """Newton's method for F1(ν) + F = 0, from the unloaded rod; the slope of the balance in ν is K1."""
-    nu: complex = 1.0
-    for _ in range(MOST_STEPS):
+
+    def at(nu: complex) -> tuple[complex, complex]:
         trial = StraightRod(functions, values["force"], {**values, "nu": nu})
-        *_, balance = trial("straight_rod")
-        stiffness = trial("stretch_stiffness")
+        return trial("straight_rod")[-1], trial("stretch_stiffness")
+
+    nu: complex = 1.0
+    balance, stiffness = at(nu)
+    for _ in range(MOST_STEPS):
         if not np.real(stiffness) > 0:
             break
         step = balance / stiffness
-        if np.real(step) >= np.real(nu):  # beyond zero length: half way there
-            nu = nu / 2
-            continue
+        # What the rounding of the balance, terms of the size of the force, does to ν.
+        if abs(step) <= SETTLED * (1 + abs(values["force"]) / abs(stiffness)):
+            return nu - step
+        # Not beyond zero length, nor beyond the largest load that the rod can carry, where K1 changes sign.
+        while np.real(step) >= np.real(nu) or not np.real(at(nu - step)[1]) > 0:
+            step = step / 2
+            if abs(step) <= SETTLED:
+                break
         nu = nu - step
-        if abs(step) <= SETTLED:
-            return nu
+        balance, stiffness = at(nu)
     raise InputError(
         f"rod {rod.model!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
         f"above 0 with positive stretch stiffness balances it; take a smaller force"

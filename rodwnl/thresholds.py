@@ -98,7 +98,7 @@ def _newton(rod: RodParameters, low: float, high: float, force: float, omega: fl
     moves = [np.inf]
     while moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2:
         p, A_force, B_force = stepped(rod, force, nodes)
-        pair = nearest(p.A, p.B, 1j * omega)
+        pair = nearest(p, 1j * omega)
         u, v, lam = pair.left.conj(), pair.right, pair.eigenvalue
         slope = complex(u @ (A_force - lam * B_force) @ v / (u @ p.B @ v))
         step = -lam.real / slope.real

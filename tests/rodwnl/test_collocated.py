@@ -1,0 +1,188 @@
+"""Spectral integration of any rod: against the exponentials of the plain one, and against closed forms."""
+
+from math import acos, pi
+
+import numpy as np
+import pytest
+
+from rodwnl import cli, expansion, thresholds
+from rodwnl.coefficients import landau, landau_at
+from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, stepped, unstable_count
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.parameters import RodParameters
+from rodwnl.predictions import predict
+from rodwnl.quadrature import gauss_legendre
+from rodwnl.spectrum import hopf_thresholds
+from rodwnl.straightrod import largest_force, straight_rod
+
+RODS = [(1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200, 1e4, 1e-4)]  # of tab:parameters
+SAME = 1e-11  # two routes in float64; what is found is below 1e-12
+
+
+@pytest.mark.parametrize("values", RODS)
+def test_the_plain_rod_has_the_same_thresholds_and_coefficients_by_exponentials(values):
+    rod = RodParameters(*values)
+    by_integration = thresholds.Collocation(rod)
+    for c in landau(rod):
+        low, high = 0.99 * c.force, 1.01 * c.force
+        found = by_integration.threshold(low, high, 1.001 * c.force, 1.002 * c.omega)
+        assert found.force == pytest.approx(c.force, rel=SAME)
+        assert found.omega == pytest.approx(c.omega, rel=SAME)
+        assert abs(found.slope / c.threshold.slope - 1) < SAME
+        assert abs(found.force - c.force) <= found.force_error + c.threshold.force_error
+        nodes = thresholds.nodes_at(rod, c.force, c.omega)
+        parts, _, residuals = expansion.evaluate(rod, c.force, c.omega, nodes)
+        alpha, beta = parts.sum(axis=1)
+        assert abs(alpha / c.alpha - 1) < SAME
+        assert abs(beta / c.beta - 1) < SAME
+        assert max(residuals.values()) < 1e-10
+
+
+@pytest.mark.parametrize("model", ["metric_drag", "quartic", "partial_follower", "distributed"])
+def test_slopes_of_the_eigenvalues_are_derivatives(model):
+    rod = RodParameters(200, 1e4, 1e-4, model=model)
+    eigenvalue, slope = leading_eigenvalues(rod, np.array([29.0, 30.0, 31.0]), 6)
+    for here, exact in zip(eigenvalue[1], slope[1], strict=True):
+        near = [row[np.argmin(abs(row - here))] for row in (eigenvalue[0], eigenvalue[2])]
+        assert (near[1] - near[0]) / 2 == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize("model", ["metric_drag", "quartic", "partial_follower", "distributed"])
+def test_more_nodes_change_nothing(model):
+    rod = RodParameters(200, 1e4, 1e-4, model=model)
+    (start, *_), _ = (row[0] for row in leading_eigenvalues(rod, np.array([60.0]), 2))
+    found = []
+    for count in (32, 48, 96):
+        p = pencil(straight_rod(rod, 60.0), gauss_legendre(count))
+        found.append(nearest(p, 1.01 * start).eigenvalue)
+    assert abs(found[1] / found[0] - 1) < 1e-11
+    assert abs(found[2] / found[0] - 1) < 1e-11
+
+
+def test_the_left_vector_is_the_adjoint_of_the_exponentials():
+    rod = RodParameters(200, 1e4, 1e-4)
+    c = landau(rod)[0]
+    from rodwnl.modes import adjoint_mode
+
+    nodes = thresholds.nodes_at(rod, c.force, c.omega)
+    exact = adjoint_mode(rod.floats(), c.force, c.omega, nodes)
+    mode = expansion.critical_mode(straight_rod(rod, c.force), c.omega, nodes)
+    turn = exact.Psi_Y_tip / mode.Psi_Y_tip
+    np.testing.assert_allclose(turn * mode.Psi_Y, exact.Psi_Y, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(turn * mode.Psi_Theta, exact.Psi_Theta, rtol=0, atol=1e-10)
+
+
+def test_slopes_of_the_pencil_are_exact():
+    rod = RodParameters(200, 1e4, 1e-4, model="quartic")
+    nodes = gauss_legendre(24)
+    _, A_force, _ = stepped(rod, 50.0, nodes)
+    step = 1e-4
+    above, below = (pencil(straight_rod(rod, 50.0 + s), nodes).A for s in (step, -step))
+    np.testing.assert_allclose((above - below) / (2 * step), A_force, atol=1e-7)
+    assert STEP < 1e-50
+
+
+@pytest.mark.parametrize("chi", ["0", "0.2", "0.45"])
+@pytest.mark.parametrize("values", [(1e4, 1e4, 1e-4), (200, 100, 1e-2)])
+def test_buckling_has_a_closed_form(chi, values):
+    """Steady, k2 H = F(Θ − χΘ(1)) and Θ'' + μH = 0: cos p = −χ/(1 − χ) with p² = F(ν + F/k2)."""
+    k1, k2, _ = values
+    search = hopf_thresholds(RodParameters(*values, model="partial_follower", chi=chi), 60)
+    first = search.steady[0]
+    p = acos(-float(chi) / (1 - float(chi)))
+    a, b = 1 / k2 - 1 / k1, p * p  # a F² + F = b
+    exact = 2 * b / (1 + (1 + 4 * a * b) ** 0.5)
+    assert first.force == pytest.approx(exact, rel=1e-12)
+    assert abs(first.force - exact) <= first.force_error + 1e-14 * exact
+    assert first.steady
+    assert (first.omega, first.unstable_below, first.unstable_above) == (0, 0, 1)
+    assert first.crossing == "destabilizing"
+
+
+def test_a_steady_crossing_is_said_and_has_no_coefficients_of_an_oscillation(capsys):
+    rod = RodParameters(1e4, 1e4, 1e-4, model="partial_follower", chi=0)
+    search = hopf_thresholds(rod)
+    assert len(search) == 0
+    with pytest.raises(InputError, match=r"at force = 2\.4674011 the rod buckles .*no frequency"):
+        landau_at(rod, search.steady[0])
+    line = ["hopf", "--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "partial-follower"]
+    assert cli.run([*line, "--parameter", "chi=0"]) == 0
+    out = capsys.readouterr().out
+    assert f"At force = {pi**2 / 4:.9f}" in out
+    assert "a steady crossing, omega = 0" in out
+    assert "No Hopf threshold." in out
+
+
+def test_the_search_ends_where_the_straight_rod_ends():
+    soft = RodParameters(200, 1e4, 1e-4, model="quartic", stretch4=-100)
+    # F = k1 (1 − ν) − 100 (1 − ν)³ is largest where k1 = 300 (1 − ν)²
+    strain = (2 / 3) ** 0.5
+    force, cut = largest_force(soft, soft.k1)
+    assert cut
+    assert float(force) == pytest.approx(200 * strain - 100 * strain**3, rel=1e-8)
+    assert largest_force(RodParameters(200, 1e4, 1e-4, model="distributed"), soft.k1)[1]
+
+
+@pytest.mark.parametrize(
+    ("own", "force", "message"),
+    [
+        ({"stretch4": -100}, 110, r"'quartic' has no straight state at force = 110"),
+        ({"stretch4": "1e6"}, -1, r"force is -1, but it must not be negative"),
+    ],
+)
+def test_a_force_without_a_straight_rod_is_refused(own, force, message):
+    with pytest.raises(InputError, match=message):
+        predict(RodParameters(200, 1e4, 1e-4, model="quartic", **own), force)
+
+
+def test_an_energy_that_is_not_convex_is_refused_with_the_place():
+    with pytest.raises(InputError, match=r"force = 250: the stretch is -0\.25, but the straight rod must"):
+        predict(RodParameters(200, 1e4, 1e-4, model="distributed"), 250)
+
+
+def test_too_many_nodes_are_refused():
+    with pytest.raises(ComputationError, match=r"wave number .* nodes would be needed, more than 160"):
+        unstable_count(RodParameters("1e8", 5, 1, model="distributed"), 2000)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--model", "nope"], "there is no rod 'nope'; there are distributed, follower"),
+        (["--model", "quartic", "--parameter", "foo=1"], "no parameter 'foo'; its own are stretch4, bend4"),
+        (["--model", "quartic", "--parameter", "bend4"], "write it as NAME=VALUE"),
+        (["--model", "quartic", "--parameter", "bend4=x"], "bend4 is 'x': not a finite number"),
+        (["--model", "quartic", "--parameter", "k1=3"], "write it as NAME=VALUE, with a name of the model's"),
+        (["--model", "quartic", "--parameter", "bend4=1", "--parameter", "bend4=2"], "given twice"),
+        (["--parameter", "chi=1"], "name that one with --model"),
+        (["--model", "metric-drag", "--parameter", "chi=1"], "it has none beside k1, k2, gamma3 and gamma1"),
+        (["--model", "quartic", "--digits", "20"], "--digits is made for the rod 'follower'"),
+        (["--model", "distributed", "--certified"], "--certified is made for the rod 'follower'"),
+        (["--model", "missing.toml"], "missing.toml: No such file"),
+    ],
+)
+def test_what_cannot_be_done_with_a_model_is_one_line(capsys, arguments, message):
+    assert cli.run(["hopf", "--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["simulate", "orbit", "branch", "hysteresis"])
+def test_commands_for_the_plain_rod_say_so(capsys, command):
+    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
+    force = ["--force", "40"] if command in {"simulate", "orbit"} else []
+    assert cli.run([command, *rod, *force]) == 2
+    assert "made for the rod 'follower'" in capsys.readouterr().err
+
+
+def test_a_rod_in_si_units_keeps_its_own_parameters_dimensionless():
+    rod = RodParameters.from_physical(
+        L="1e-5", k1="1e-9", k2="1e-9", k3="1e-23", gamma1="1e-3", gamma2="2e-3", gamma3="1e-17",
+        model="quartic", bend4="0.2",
+    )  # fmt: skip
+    assert dict(rod.own) == {"stretch4": 100, "bend4": rod.own[1][1]}
+    assert float(rod.own[1][1]) == 0.2
+    assert rod.model == "quartic"
+    assert "model='quartic'" in repr(rod)

@@ -1,0 +1,240 @@
+"""α and β of rods beyond the paper's: the derivation against the discretised full rod.
+
+The independent route knows nothing of the expansion; its laws are written by hand (`rodwnl.laws`, and below
+for rods from files).
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rodwnl.coefficients import landau
+from rodwnl.laws import LAWS
+from rodwnl.models import emitted
+from rodwnl.nilpotent import Nilpotent, cos, sin
+from rodwnl.normalform import normal_form
+from rodwnl.parameters import RodParameters
+from rodwnl.spectrum import hopf_thresholds
+from rodwnl.strainform import follower
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+STIFF, SHEARABLE, SOFT = (1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200.0, 1e4, 1e-4)
+AGREE = 1e-10  # what is found is below 3e-12; a wrong term anywhere is of order one
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("RODWNL_CACHE", str(tmp_path / "cache"))
+
+
+def confirm(rod, law):
+    """Every threshold of the rod, once more by the independent route; how they cross."""
+    parameters = [float(value) for value in (rod.k1, rod.k2, rod.gamma3, rod.gamma1)]
+    found = landau(rod)
+    for c in found:
+        form = normal_form(
+            law(*parameters, **{name: float(v) for name, v in rod.own}), round(c.force, 3), round(c.omega, 2)
+        )
+        assert form.tail < 1e-10
+        assert form.force == pytest.approx(c.force, rel=AGREE)
+        assert form.omega == pytest.approx(c.omega, rel=AGREE)
+        assert abs(form.alpha / c.alpha - 1) < AGREE
+        assert abs(form.beta / c.beta - 1) < AGREE
+        assert abs(c.beta / c.threshold.slope - 1) < AGREE  # β is dλ/dF
+        assert max(c.residuals.values()) < 1e-10
+    return [c.crossing for c in found]
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "own", "crossings"),
+    [
+        ("metric_drag", STIFF, {}, ["destabilizing"]),
+        ("metric_drag", SHEARABLE, {}, ["destabilizing"]),
+        ("metric_drag", SOFT, {}, ["destabilizing", "restabilizing"]),
+        ("quartic", STIFF, {"stretch4": "1e4"}, ["destabilizing"]),
+        ("quartic", SOFT, {}, ["destabilizing", "restabilizing"]),
+        ("quartic", SOFT, {"stretch4": -100, "bend4": 0}, ["destabilizing", "restabilizing"]),
+        ("partial_follower", STIFF, {}, ["destabilizing"]),
+        ("partial_follower", SHEARABLE, {"chi": "0.6"}, ["destabilizing"]),
+        ("partial_follower", SOFT, {}, ["destabilizing", "restabilizing"]),
+        ("distributed", STIFF, {}, ["destabilizing"]),
+        ("distributed", (200.0, 100.0, 1e-2), {}, ["destabilizing"]),
+    ],
+)
+def test_shipped_rods_are_confirmed(model, values, own, crossings):
+    assert confirm(RodParameters(*values, model=model, **own), LAWS[model]) == crossings
+
+
+def tip_drag(k1, k2, gamma3, gamma1, *, axial, transverse, spring, damper):
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        load=lambda theta, v, force: (
+            -force - axial * v[0],
+            -transverse * v[1],
+            -spring * theta - damper * v[2],
+        ),
+    )
+
+
+@pytest.mark.parametrize("values", [STIFF, SOFT])
+def test_a_load_with_drag_is_confirmed(values):
+    """∂t in the tip conditions: the pairing and dA/dT have terms at the tip."""
+    confirm(RodParameters(*values, model=emitted(str(EXAMPLES / "tip_drag.toml"))), tip_drag)
+
+
+EVERYTHING = """
+name = "everything"
+energy = '''k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2
+    + a*(h1 - 1)*Pi^2 + b*(h1 - 1)*h2^2 + c2*h2^2*Pi^2 + d*h2^3*Pi'''
+[parameters]
+a = { default = "0.3" }
+b = { default = "40" }
+c2 = { default = "25" }
+d = { default = "70" }
+p = { default = "1/5" }
+q = { default = "0.4" }
+[drag]
+v1 = "gamma1*(1 + p*Pi^2 + q*h2*Pi)*h1"
+v2 = "(1 + q*Pi^2)/sqrt(h1)"
+Omega = "gamma3*(1 + p*h2^2)*h1^3"
+[tip]
+F1 = "-force*cos(theta/2) - 0.05*v1*(1 + theta^2)"
+F2 = "force*sin(theta)/3 - 0.02*v2"
+M = "-0.3*theta - 0.1*theta^3 - 0.002*Omega"
+"""
+
+
+def everything(k1, k2, gamma3, gamma1, *, a, b, c2, d, p, q):
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (
+            k1 * (h1 - 1.0) + a * pi * pi + b * h2 * h2,
+            k2 * h2 + 2 * b * (h1 - 1.0) * h2 + 2 * c2 * h2 * pi * pi + 3 * d * h2 * h2 * pi,
+            pi + 2 * a * (h1 - 1.0) * pi + 2 * c2 * h2 * h2 * pi + d * h2**3,
+        ),
+        drag=lambda h1, h2, pi: (
+            gamma1 * (1.0 + p * pi * pi + q * h2 * pi) * h1,
+            (1.0 + q * pi * pi) * h1**-0.5,
+            gamma3 * (1.0 + p * h2 * h2) * h1**3,
+        ),
+        load=lambda theta, v, force: (
+            -force * cos(0.5 * theta) - 0.05 * v[0] * (1.0 + theta * theta),
+            force * sin(theta) / 3.0 - 0.02 * v[1],
+            -0.3 * theta - 0.1 * theta**3 - 0.002 * v[2],
+        ),
+    )
+
+
+EXPONENTIAL = """
+name = "exponential"
+energy = "k1*(exp(h1 - 1) - h1) + k2*h2^2/2*exp(1 - h1) + Pi^2/2"
+[drag]
+v1 = "gamma1"
+v2 = "exp((h1 - 1)/2)"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+"""
+
+
+def exp(value):
+    return value.apply(lambda a, k: np.exp(a)) if isinstance(value, Nilpotent) else np.exp(value)
+
+
+def exponential(k1, k2, gamma3, gamma1):
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (
+            k1 * (exp(h1 - 1.0) - 1.0) - k2 * h2 * h2 / 2 * exp(1.0 - h1),
+            k2 * h2 * exp(1.0 - h1),
+            pi,
+        ),
+        drag=lambda h1, h2, pi: (gamma1, exp((h1 - 1.0) / 2), gamma3),
+    )
+
+
+LOGARITHMIC = """
+name = "logarithmic"
+energy = "k1*(h1 - 1 - log(h1)) + k2*h2^2/2 + Pi^2/2"
+[drag]
+v1 = "gamma1*h1"
+v2 = "1"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+"""
+
+
+def logarithmic(k1, k2, gamma3, gamma1):
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (k1 * (1.0 - 1.0 / h1), k2 * h2, pi),
+        drag=lambda h1, h2, pi: (gamma1 * h1, 1.0, gamma3),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "law", "values", "crossings"),
+    [
+        (EVERYTHING, everything, (1e4, 1e3, 1e-3), ["destabilizing"]),
+        (EXPONENTIAL, exponential, SOFT, ["destabilizing", "restabilizing"]),
+        (LOGARITHMIC, logarithmic, SOFT, ["destabilizing"]),
+    ],
+    ids=["everything", "exponential", "logarithmic"],
+)
+def test_rods_from_files_are_confirmed(tmp_path, text, law, values, crossings):
+    """Couplings of all strains, drag in every strain, loads in angle and velocities; analytic energies."""
+    file = tmp_path / "rod.toml"
+    file.write_text(text)
+    assert confirm(RodParameters(*values, model=emitted(str(file))), law) == crossings
+
+
+def test_the_comparison_sees_a_wrong_coefficient():
+    """A law whose cubic bending differs by a part in a million."""
+    rod = RodParameters(*STIFF, model="quartic")
+    c = landau(rod)[0]
+    own = {name: float(v) for name, v in rod.own}
+    off = normal_form(
+        LAWS["quartic"](*STIFF, **(own | {"bend4": own["bend4"] * (1 + 1e-6)})), c.force, c.omega
+    )
+    assert 1e-8 < abs(off.alpha / c.alpha - 1) < 1e-5
+
+
+def test_quartic_terms_that_vanish_give_the_plain_rod():
+    plain = landau(RodParameters(*SOFT))
+    none = landau(RodParameters(*SOFT, model="quartic", stretch4=0, bend4=0))
+    for a, b in zip(plain, none, strict=True):
+        assert b.alpha == pytest.approx(a.alpha, rel=1e-11)
+        assert b.A_tip2_slope == pytest.approx(a.A_tip2_slope, rel=1e-11)
+
+
+def test_metric_drag_only_rescales_time_in_the_linear_problem():
+    """At the straight rod all drag is ν times larger or smaller: the same force, ω and β in another time."""
+    for plain, metric in zip(
+        hopf_thresholds(RodParameters(*SOFT)),
+        hopf_thresholds(RodParameters(*SOFT, model="metric_drag")),
+        strict=True,
+    ):
+        nu = 1 - plain.force / SOFT[0]
+        assert metric.force == pytest.approx(plain.force, rel=1e-12)
+        assert metric.omega * nu == pytest.approx(plain.omega, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("model", "limit", "tolerance"), [("follower", 37.695430840318579, 1e-6), ("distributed", 76.1, 0.01)]
+)
+def test_the_stiff_limit(model, limit, tolerance):
+    """With both stiffnesses growing and rotational drag vanishing F_c converges linearly in 1/k.
+
+    The tip load's limit is the root of a transcendental equation; the distributed load's is known to lie
+    near 76.
+    """
+    forces = []
+    for exponent in (4, 5, 6):
+        rod = RodParameters(10**exponent, 10**exponent, f"1e-{exponent}", model=model)
+        forces.append(hopf_thresholds(rod, 100)[0].force)
+    first, second = np.diff(forces)
+    assert first / second == pytest.approx(10, rel=0.02)
+    assert forces[-1] + second / 9 == pytest.approx(limit, abs=tolerance)

@@ -65,7 +65,7 @@ def source(problem: BoundaryValueProblem, model: str, start: Start) -> str:
         nbc=len(conditions),
         free=", ".join(repr(name) for name in (_CONTINUED, *problem.unknowns)),
         continued=_CONTINUED,
-        **{name: f"{float(size * scale):g}" for name, scale in _STEPS.items()},
+        **{name: f"{size * float(scale):g}" for name, scale in _STEPS.items()},
         rates="\n".join(_body(compile_function(problem.rates), names, {"u": states}, "f")),
         conditions="\n".join(
             _body(

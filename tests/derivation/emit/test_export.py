@@ -158,6 +158,7 @@ def test_jax_compiles_and_agrees(reference, jax_scope):
 
 def test_jax_maps_and_differentiates(jax_scope):
     jax, g3 = jax_scope["jax"], jax_scope["g3"]
+    assert hasattr(g3, "lower")  # only what is compiled can be lowered
     values = RNG(3).normal(size=(8, 4)) + 1j
     mapped = jax.vmap(g3)(*values)
     assert np.allclose(mapped, [g3(*column) for column in values.T], rtol=1e-14)

@@ -89,13 +89,13 @@ class Flutter(Problem):
         self.add_equations((Rod(*self.rod) + clamp + load + straight) @ "domain")
 
 
-def near_onset(rod, force, omega, elements, steps, distance):
+def near_onset(rod, force, omega, elements, steps, distance, folder):
     """Hopf point, and the orbit about this far from it: F_c, ω_c, A_tip²/(F − F_c), (ω − ω_c)/(F − F_c).
 
     On which side the branch lies is found by pyoomph. A_tip is the first harmonic of the tip.
     """
     problem = Flutter(*rod, force, elements)
-    problem.set_output_directory(tempfile.mkdtemp())
+    problem.set_output_directory(folder)
     problem.setup_for_stability_analysis(analytic_hessian=True)
     problem.initialise()
     problem.solve()
@@ -120,7 +120,10 @@ def near_onset(rod, force, omega, elements, steps, distance):
 def analyse(k1, k2, gamma3, gamma1, force, omega, elements, steps, distance):
     """Both slopes extrapolated to onset from two orbits."""
     rod = k1, k2, gamma3, gamma1
-    near, far = (near_onset(rod, force, omega, elements, steps, d) for d in (distance, 2 * distance))
+    with tempfile.TemporaryDirectory() as folder:
+        near, far = (
+            near_onset(rod, force, omega, elements, steps, d, folder) for d in (distance, 2 * distance)
+        )
     F_c, omega_c, A_tip2_slope, omega_slope = map(float, 2 * near - far)
     return {"force": F_c, "omega": omega_c, "A_tip2_slope": A_tip2_slope, "omega_slope": omega_slope}
 

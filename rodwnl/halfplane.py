@@ -91,21 +91,26 @@ def characteristic(rod: BallRod, lam: Scalar) -> Value:
     # the larger of the two z = r² loses nothing; the other one follows from z1 z2
     same_way = (leading(total) * leading(root).conjugate()).real.mid() >= 0
     z1 = (total + root if same_way else total - root) / 2
-    r1, r2 = (_turned_right(square_root(z)) for z in (z1, product / z1))
-    e1, e2 = (-2 * r1).exp(), (-2 * r2).exp()
+    (g1, cosh1, sinh1), (g2, cosh2, sinh2) = _decaying(z1), _decaying(product / z1)
     scaled = (
-        mu * (F * total + 2 * nu * lam) * (-r1 - r2).exp()
-        + mu * (2 * F * product + nu * lam * total) * _decaying_sinh(r1) * _decaying_sinh(r2)
-        + (2 * k2 * product - lam * total - gamma3 * lam * (k2 * total - 2 * lam)) * (1 + e1) * (1 + e2) / 4
+        mu * (F * total + 2 * nu * lam) * (-g1 - g2).exp()
+        + mu * (2 * F * product + nu * lam * total) * sinh1 * sinh2
+        + (2 * k2 * product - lam * total - gamma3 * lam * (k2 * total - 2 * lam)) * cosh1 * cosh2
     ) / (root * root)
-    return Value(scaled, r1 + r2, all(leading(r).real > 0 for r in (r1, r2)))
+    return Value(scaled, g1 + g2, all(leading(g).real > 0 for g in (g1, g2)))
 
 
-def _decaying_sinh(r: Scalar) -> Scalar:
-    """e^{−r} sinh(r)/r; of a ball that contains 0 too."""
-    if r is leading(r) and r.contains(0):
-        return (-r).exp() * (1j * r).sinc()
-    return (1 - (-2 * r).exp()) / (2 * r)
+def _decaying(z: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """(g, e^{−g} cosh r, e^{−g} sinh(r)/r), r² = z: g = r with Re r > 0, or 0 for a ball z that contains 0.
+
+    Both functions are entire in z, ₀F₁(1/2; z/4) and ₀F₁(3/2; z/4), while r is not.
+    """
+    if z is leading(z) and z.contains(0):
+        half = flint().acb(1) / 2
+        return 0 * z, (z / 4).hypgeom_0f1(half), (z / 4).hypgeom_0f1(3 * half)
+    r = _turned_right(square_root(z))
+    e = (-2 * r).exp()
+    return r, (1 + e) / 2, (1 - e) / (2 * r)
 
 
 def _turned_right(r: Scalar) -> Scalar:

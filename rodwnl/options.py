@@ -30,6 +30,13 @@ Certified = Annotated[
     ),
 ]
 Order = Annotated[int, typer.Option(metavar="N", help="Order of the amplitude equation: 3 (default) or 5.")]
+Complete = Annotated[
+    bool,
+    typer.Option(
+        "--complete",
+        help="With --certified: prove that there are no other thresholds (takes a minute or two).",
+    ),
+]
 Convention = Annotated[
     str | None,
     typer.Option(

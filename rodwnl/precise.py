@@ -18,7 +18,7 @@ from rodwnl.exact import ExactThreshold, digits_text, exact_threshold
 from rodwnl.exact_responses import exact_amplitude_equation
 from rodwnl.order_report import exact_order_entry, print_exact_order
 from rodwnl.output import print_json, print_table
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import RodParameters, decimal_text
 from rodwnl.report import document, exact_scale, heading, sentences
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def print_precise(
     json: bool,
     dialect: Dialect | None = None,
     fifth: bool = False,
+    complete: bool = False,
 ) -> None:
     """Print the named numbers of every threshold up to a force: to so many digits, certified or not.
 
@@ -52,12 +53,14 @@ def print_precise(
     rod.require_plain("--certified" if certified else "--digits" if dialect is None else "--convention")
     if certified and dialect:
         raise InputError("--convention converts numbers, not balls: leave out --certified")
+    if complete and not certified:
+        raise InputError("--complete is a proof: it belongs to --certified")
     if certified:
         flint()
     search = hopf_thresholds(rod, max_force)
     digits = DEFAULT_DIGITS if digits is None else digits
     if certified:
-        print_certified(search, digits, names, json=json)
+        print_certified(search, digits, names, json=json, complete=complete)
     else:
         print_exact(search, digits, names, json=json, dialect=dialect, fifth=fifth)
 
@@ -123,7 +126,9 @@ def _dialect_entry(converted: Converted | None, digits: int) -> dict[str, Any]:
     return {"convention": entry}
 
 
-def print_certified(search: HopfSearch, digits: int, names: Sequence[str], *, json: bool) -> None:
+def print_certified(
+    search: HopfSearch, digits: int, names: Sequence[str], *, json: bool, complete: bool = False
+) -> None:
     """Print the named numbers of every threshold as balls of so many digits, and what was proved of it."""
     from rodwnl.certified import certify_threshold
 
@@ -131,15 +136,30 @@ def print_certified(search: HopfSearch, digits: int, names: Sequence[str], *, js
         return "{mid} ± {rad}".format(**enclosure(x, digits))
 
     found = [certify_threshold(search.rod, t.force, t.omega, digits) for t in search]
+    statement = _completeness(search) if complete else {}
     with working_bits(4 * digits + 64):
         if json:
-            print_json(document(search, [certified_entry(t, names) for t in found]) | {"certified": True})
+            whole = document(search, [certified_entry(t, names) for t in found])
+            print_json(whole | {"certified": True} | statement)
             return
         print("\n".join(sentences(search)))
         for number, t in enumerate(found, 1):
             print_table(["threshold", str(number)], _rows(search, t, names, ball_text))
             print("Proved of it, in dimensionless numbers:")
-            print("\n".join(f"  {i}. {statement}" for i, statement in enumerate(t.proved, 1)))
+            print("\n".join(f"  {i}. {sentence}" for i, sentence in enumerate(t.proved, 1)))
+    if statement:
+        print(f"Proved: {statement['complete']['statement']}")
+
+
+def _completeness(search: HopfSearch) -> dict[str, Any]:
+    """What is proved of the whole range, for JSON."""
+    from rodwnl.completeness import prove_complete
+
+    proved = prove_complete(search)
+    upper = decimal_text(proved.max_force)
+    forces = "one force" if proved.crossings == 1 else f"{proved.crossings} forces"
+    sentence = f"for 0 <= force <= {upper} an eigenvalue lies on the imaginary axis at exactly {forces}"
+    return {"complete": {"max_force": upper, "crossings": proved.crossings, "statement": sentence}}
 
 
 def _rows(

@@ -1,6 +1,6 @@
 """`rodwnl hopf`: the forces at which the straight rod starts or stops to flutter."""
 
-from rodwnl.options import Certified, Digits, Json, MaxForce, read_digits, read_max_force, takes_rod
+from rodwnl.options import Certified, Complete, Digits, Json, MaxForce, read_digits, read_max_force, takes_rod
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import cell, document, heading, sentences, threshold_entry
@@ -13,13 +13,15 @@ def command(
     json: Json = False,
     digits: Digits = None,
     certified: Certified = False,
+    complete: Complete = False,
 ) -> None:
     """Forces at which the straight rod loses or regains stability, with the frequency there."""
-    if digits is not None or certified:
+    if digits is not None or certified or complete:
         from rodwnl.precise import NUMBERS_OF_HOPF, print_precise
 
         names, wanted = NUMBERS_OF_HOPF, read_digits(digits)
-        print_precise(rod, read_max_force(rod, max_force), wanted, names, certified=certified, json=json)
+        force = read_max_force(rod, max_force)
+        print_precise(rod, force, wanted, names, certified=certified, json=json, complete=complete)
         return
     from rodwnl.spectrum import hopf_thresholds
 

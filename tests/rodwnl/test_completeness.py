@@ -1,0 +1,53 @@
+"""The proof that no threshold is missing: it succeeds, counts, and fails where a threshold is withheld."""
+
+import json
+from fractions import Fraction
+
+import pytest
+
+pytest.importorskip("flint", reason="python-flint, the extra `certified`, is not installed")
+
+from rodwnl import RodParameters, cli, completeness
+from rodwnl.balls import working_bits
+from rodwnl.completeness import certify_complete, prove_complete
+from rodwnl.errors import ComputationError
+from rodwnl.isolation import uniqueness_box
+from rodwnl.spectrum import hopf_thresholds
+
+STIFF = RodParameters("1e4", "1e4", "1e-4")
+
+
+def test_the_stiff_rod_has_one_threshold_up_to_forty():
+    proved = prove_complete(hopf_thresholds(STIFF, 40))
+    assert (proved.max_force, proved.crossings) == (40, 1)
+
+
+def test_below_the_threshold_there_is_none():
+    assert prove_complete(hopf_thresholds(STIFF, 20)).crossings == 0
+
+
+def test_a_withheld_threshold_is_missed(monkeypatch):
+    monkeypatch.setattr(completeness, "MOST_BOXES", 20_000)
+    with working_bits(64), pytest.raises(ComputationError, match="no threshold near force"):
+        certify_complete(STIFF, Fraction(38), [])
+
+
+def test_another_threshold_does_not_stand_in_for_it(monkeypatch):
+    monkeypatch.setattr(completeness, "MOST_BOXES", 20_000)
+    rod = RodParameters(200, "1e4", "1e-4")
+    upper = hopf_thresholds(rod)[1]
+    with working_bits(64), pytest.raises(ComputationError, match="not proved"):
+        certify_complete(rod, Fraction(51), [uniqueness_box(rod, upper.force, upper.omega).balls])
+
+
+def test_a_range_up_to_k1_is_refused():
+    with working_bits(64), pytest.raises(ComputationError, match="only up to forces below k1"):
+        certify_complete(RodParameters(20, "1e4", "1e-4"), Fraction(20), [])
+
+
+def test_the_command_states_it(capsys):
+    rod = ["hopf", "--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--max-force", "20"]
+    assert cli.run([*rod, "--certified", "--complete", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["complete"]["crossings"] == 0
+    assert cli.run([*rod, "--complete"]) == 2
+    assert "belongs to --certified" in capsys.readouterr().err

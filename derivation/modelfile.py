@@ -188,9 +188,7 @@ def _table(where: str, value: Any) -> dict[str, Any]:
 
 def _require_keys(where: str, entries: dict[str, Any], allowed: tuple[str, ...]) -> None:
     if strange := [key for key in entries if key not in allowed]:
-        raise ModelError(
-            f"{where} has {strange[0][:40]!r}, which is not known; it may hold {', '.join(allowed)}"
-        )
+        raise ModelError(f"{where} has an unknown {strange[0][:40]!r}; it may hold {', '.join(allowed)}")
 
 
 def _identifier(what: str, name: Any) -> str:
@@ -198,6 +196,6 @@ def _identifier(what: str, name: Any) -> str:
         raise ModelError(f"{what} is {str(name)[:40]!r}, but it must be a name of letters, digits and _")
     if len(name) > LONGEST_NAME or name.startswith("_") or "__" in name:
         raise ModelError(
-            f"{what} {name[:40]!r} must have at most {LONGEST_NAME} characters, not begin with _ and hold no __"
+            f"{what} {name[:40]!r} must have at most {LONGEST_NAME} characters, no __, and not begin with _"
         )
     return name

@@ -72,9 +72,10 @@ def _package(model: str) -> tuple[Path, str]:
         _verify(folder)
         return folder, f"{PACKAGE}.{model}"
     folder = Path(model)
-    fingerprint = _verify(folder)
-    # A name of its own, so that rods from different folders do not meet in Python's table of modules.
-    name = f"rodwnl_emitted_{fingerprint[:32]}"
+    _verify(folder)
+    # A name of its own, so that rods from different folders do not meet in Python's table of modules. The
+    # text beside the modules holds their fingerprint and the parameters.
+    name = f"rodwnl_emitted_{hashlib.sha256(_text(folder / '__init__.py').encode()).hexdigest()[:32]}"
     if name not in sys.modules:
         spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
         if spec is None or spec.loader is None:
@@ -125,8 +126,8 @@ def source_folder() -> Path:
     return folder
 
 
-def _verify(folder: Path) -> str:
-    """The rod's texts against the fingerprint that stands beside them, which is returned."""
+def _verify(folder: Path) -> None:
+    """The rod's texts against the fingerprint that stands beside them."""
     init = _text(folder / "__init__.py")
     if not init:
         known = sorted(path.parent.name for path in folder.parent.glob("*/__init__.py"))
@@ -136,7 +137,6 @@ def _verify(folder: Path) -> str:
         digest.update(f"{path.name}\0{_text(path)}\0".encode())
     if re.findall(r'^FINGERPRINT = "(.*)"$', init, re.MULTILINE) != [digest.hexdigest()]:
         raise InputError(f"{folder} is not what the derivation wrote (its fingerprint differs): {REMEDY}")
-    return digest.hexdigest()
 
 
 def _modules(folder: Path) -> list[Path]:

@@ -3,22 +3,25 @@ import pytest
 from rodwnl import cli
 
 
+DERIVE = ["derive", "--model", "follower"]
+
+
 @pytest.fixture
 def written(tmp_path, capsys):
     folder = tmp_path / "out"
-    assert cli.run(["derive", "--out", str(folder)]) == 0
+    assert cli.run([*DERIVE, "--out", str(folder)]) == 0
     capsys.readouterr()
     return folder
 
 
 def check(folder, capsys):
-    code = cli.run(["derive", "--check", "--out", str(folder)])
+    code = cli.run([*DERIVE, "--check", "--out", str(folder)])
     return code, capsys.readouterr().out
 
 
 def test_what_is_written_is_what_the_check_expects(written, capsys):
     assert check(written, capsys)[0] == 0
-    assert cli.run(["derive", "--out", str(written)]) == 0
+    assert cli.run([*DERIVE, "--out", str(written)]) == 0
     assert " 0 changed" in capsys.readouterr().out
 
 

@@ -19,7 +19,7 @@ from rodwnl.errors import ComputationError, InputError
 
 COMMANDS = (  # as --help lists them
     "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "plot", "figures",
-    "sweep", "curve", "atlas", "reproduce", "derive", "verify", "export"
+    "sweep", "curve", "atlas", "explore", "reproduce", "derive", "verify", "export"
 )  # fmt: skip
 
 

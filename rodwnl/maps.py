@@ -45,9 +45,10 @@ def draw(sheet: Sheet, path: Path) -> None:
         )
         figure.colorbar(mesh, ax=panels[3], label="force")
         titles = ("Regions", "Lower threshold", "Upper threshold", "Force of the lower threshold")
-        for panel, title in zip(panels, titles, strict=True):
+        drawn = ({"closing": 0}, {"closing": 0, "bautin": 1}, {"closing": 0, "bautin": -1}, {"closing": 0})
+        for panel, title, kinds in zip(panels, titles, drawn, strict=True):
             panel.set(xscale="log", yscale="log", title=title, xlim=one.limits[one.x], ylim=one.limits[one.y])
-            _curves(panel, sheet)
+            _curves(panel, sheet, kinds)
             _rods(panel, sheet)
         for panel in panels[2:]:
             panel.set_xlabel(LABELS[one.x])
@@ -72,16 +73,25 @@ def _classes(panel: Any, data: Any, one: Any, classes: Any, colors: tuple[str, .
 
 
 def _legend(panel: Any, entries: list[tuple[str, str]]) -> None:
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles = [Patch(facecolor=color, edgecolor="0.4", linewidth=0.4, label=text) for color, text in entries]
+    handles: list[Any] = [
+        Patch(facecolor=c, edgecolor="0.4", linewidth=0.4, label=text) for c, text in entries
+    ]
+    kinds = ["closing"] if entries[0][0] in SHADES else ["closing", "bautin"]
+    handles += [Line2D([], [], linewidth=1, label=NAMES[kind], **LINES[kind]) for kind in kinds]
     panel.legend(handles=handles, loc="lower right", frameon=True, framealpha=0.9)
 
 
-def _curves(panel: Any, sheet: Sheet) -> None:
+def _curves(panel: Any, sheet: Sheet, kinds: dict[str, int]) -> None:
+    """The special curves of these kinds; where a sign is given, only at thresholds whose crossing has it."""
     for kind, curve in sheet.curves:
-        rods = dict(zip(("k1", "k2", "gamma3"), curve.rods, strict=False))
-        panel.plot(rods[sheet.map.x], rods[sheet.map.y], linewidth=1, **LINES[kind])
+        if kind in kinds:
+            rods = dict(zip(("k1", "k2", "gamma3"), curve.rods, strict=False))
+            here = np.sign(curve.beta.real) == kinds[kind] if kinds[kind] else np.ones(len(curve.force), bool)
+            x, y = (np.where(here, rods[name], np.nan) for name in (sheet.map.x, sheet.map.y))
+            panel.plot(x, y, linewidth=1, **LINES[kind])
 
 
 def _rods(panel: Any, sheet: Sheet) -> None:

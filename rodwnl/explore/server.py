@@ -1,0 +1,97 @@
+"""The server of the page: on this machine only, three files and two questions about a rod."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.explore.state import orbits, state
+from rodwnl.parameters import RodParameters, exact
+
+HOST = "127.0.0.1"
+FILES = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "/page.css": ("page.css", "text/css; charset=utf-8"),
+}
+ROD = ("k1", "k2", "gamma3", "gamma1")
+# Nothing from elsewhere, and nobody else may show the page.
+HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+
+
+class Handler(BaseHTTPRequestHandler):
+    """GET /, /page.js, /page.css; /state?k1=…&k2=…&gamma3=…&gamma1=…&force=…; /orbits?…&threshold=0."""
+
+    protocol_version = "HTTP/1.1"
+    server_version = "rodwnl"
+
+    def do_GET(self) -> None:
+        # A page from elsewhere can reach this port by a name of its own for 127.0.0.1: answer only to our name.
+        port = self.server.server_address[1]
+        if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):
+            self._json(HTTPStatus.FORBIDDEN, {"error": "this server answers only to this machine"})
+            return
+        address = urlsplit(self.path)
+        if address.path in FILES:
+            name, kind = FILES[address.path]
+            self._send(HTTPStatus.OK, kind, files("rodwnl.explore").joinpath(name).read_bytes())
+            return
+        question = {"/state": _state, "/orbits": _orbits}.get(address.path)
+        if question is None:
+            self._json(HTTPStatus.NOT_FOUND, {"error": f"there is no {address.path}"})
+            return
+        try:
+            given = {name: values[-1] for name, values in parse_qs(address.query).items()}
+            self._json(HTTPStatus.OK, question(given))
+        except (InputError, ComputationError) as error:
+            self._json(HTTPStatus.BAD_REQUEST, {"error": str(error)})
+
+    def _json(self, status: HTTPStatus, document: Any) -> None:
+        self._send(status, "application/json", json.dumps(document, allow_nan=False).encode())
+
+    def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        self.send_response(status)
+        for name, value in {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """The page asks many times a second; nothing is logged."""
+
+
+def _rod(given: dict[str, str]) -> RodParameters:
+    if missing := [name for name in ROD if name not in given]:
+        raise InputError(f"the rod also needs {', '.join(missing)}")
+    return RodParameters(**{name: given[name] for name in ROD})
+
+
+def _state(given: dict[str, str]) -> Any:
+    return state(_rod(given), given.get("force", "0"))
+
+
+def _orbits(given: dict[str, str]) -> Any:
+    number = exact("threshold", given.get("threshold", "0"))
+    if number.denominator != 1:
+        raise InputError(f"threshold is {number}, but it must be a whole number")
+    return orbits(_rod(given), int(number))
+
+
+def serve(port: int = 0) -> ThreadingHTTPServer:
+    """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError where the port is taken."""
+    try:
+        server = ThreadingHTTPServer((HOST, port), partial(Handler))
+    except OSError as error:
+        raise InputError(f"cannot listen on {HOST}:{port}: {error.strerror}; give another --port") from None
+    server.daemon_threads = True
+    return server

@@ -1,0 +1,181 @@
+import json
+import socket
+import subprocess
+import sys
+from http.client import HTTPConnection
+from threading import Thread
+
+import pytest
+
+from rodwnl import RodParameters, cli, landau, predict
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.explore import state as states
+from rodwnl.explore.server import HOST, serve
+
+from .browser import CHROMIUM, Browser
+
+PAPER = {"k1": "200", "k2": "1e4", "gamma3": "1e-4", "gamma1": "0.5"}
+
+
+@pytest.fixture
+def port():
+    """The port of a running server."""
+    with serve() as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        yield server.server_address[1]
+        server.shutdown()
+        thread.join()
+
+
+def get(port, path, host=None):
+    connection = HTTPConnection(HOST, port, timeout=60)
+    connection.request("GET", path, headers={"Host": host or f"{HOST}:{port}"})
+    answer = connection.getresponse()
+    body = answer.read()
+    connection.close()
+    return answer, body
+
+
+def question(port, path, **given):
+    answer, body = get(port, f"{path}?" + "&".join(f"{name}={value}" for name, value in given.items()))
+    return answer.status, json.loads(body)
+
+
+def test_state_agrees_with_the_commands():
+    rod = RodParameters(**PAPER)
+    shown = states.state(rod, 60)
+    assert len(shown["thresholds"]) == 2
+    for found, t, p, prediction in zip(
+        landau(rod), shown["thresholds"], shown["predictions"], predict(rod, 60), strict=True
+    ):
+        assert t["force"] == pytest.approx(found.force, rel=1e-9)
+        assert complex(*t["alpha"]) == pytest.approx(found.alpha, rel=1e-9)
+        assert complex(*t["beta"]) == pytest.approx(found.beta, rel=1e-9)
+        assert (t["criticality"], t["crossing"]) == (found.criticality, found.crossing)
+        assert p["exists"] == prediction.exists
+        if p["exists"]:
+            assert (p["A_tip"], p["omega"]) == pytest.approx((prediction.A_tip, prediction.omega), rel=1e-9)
+            assert p["stable"] == prediction.stable
+        assert t["mode"]["Y"][0] == [0, 0]
+        assert t["mode"]["Y"][-1] == [1, 0]
+        assert len(t["mode"]["Y"]) == len(t["mode"]["u"])
+
+
+def test_spectrum_crosses_zero_at_the_thresholds():
+    shown = states.state(RodParameters(**PAPER), 60)
+    force, growth = shown["spectrum"]["force"], shown["spectrum"]["growth"]
+    leading = [max(row) for row in growth]
+    for f, g in zip(force, leading, strict=True):
+        assert (g > 0) == (shown["thresholds"][0]["force"] < f < shown["thresholds"][1]["force"])
+    at = max(z[0] for z in shown["eigenvalues"])
+    assert at == pytest.approx(6.59 * (60 - 49.758), rel=0.3)  # Re β (F − F_c)
+
+
+def test_orbits_start_at_the_threshold():
+    found = states.orbits(RodParameters("1e4", "1e4", "1e-4"), 0)
+    force, amplitude, stable = found["points"][-1]
+    assert force > 37.66
+    assert amplitude > 0.1
+    assert stable
+    with pytest.raises(ComputationError, match="there is no threshold 3: the rod has 1"):
+        states.orbits(RodParameters("1e4", "1e4", "1e-4"), 2)
+
+
+def test_a_rod_without_flutter():
+    shown = states.state(RodParameters("50", "1e4", "1e-4"), 10)
+    assert (shown["thresholds"], shown["status"], shown["searched"]) == ([], "none", 50)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"k1": "-3"}, "k1 is '-3', but it must be greater than zero"),
+        ({"k1": "x"}, "not a finite number"),
+        ({"force": "200"}, "only for 0 <= force < k1 = 200"),
+        ({"threshold": "0.5"}, "must be a whole number"),
+    ],
+)
+def test_bad_questions_are_answered(port, change, message):
+    path = "/orbits" if "threshold" in change else "/state"
+    status, document = question(port, path, **({"force": "60"} | PAPER | change))
+    assert status == 400
+    assert message in document["error"]
+
+
+def test_missing_parameters_and_unknown_pages(port):
+    status, document = question(port, "/state", k1="3")
+    assert (status, document["error"]) == (400, "the rod also needs k2, gamma3, gamma1")
+    status, document = question(port, "/etc/passwd")
+    assert status == 404
+    status, document = question(port, "/../server.py")
+    assert status == 404
+
+
+def test_only_this_machine(port):
+    answer, _ = get(port, "/", host="evil.example")
+    assert answer.status == 403
+    answer, body = get(port, "/")
+    assert answer.status == 200
+    assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
+    assert b"http" not in body.replace(b"http-equiv", b"")  # nothing is fetched from elsewhere
+    others = {a[4][0] for a in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)} - {HOST}
+    for address in others - {"127.0.1.1"}:
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection((address, port), timeout=5)
+
+
+def test_a_port_that_is_taken(port, capsys):
+    with pytest.raises(InputError, match=f"cannot listen on {HOST}:{port}"):
+        serve(port)
+    assert cli.run(["explore", "--port", str(port), "--no-browser"]) == 2
+    assert "give another --port" in capsys.readouterr().err
+    assert cli.run(["explore", "--port", "70000"]) == 2
+    assert "between 0 and 65535" in capsys.readouterr().err
+
+
+def test_command_says_where_it_listens():
+    command = [sys.executable, "-m", "rodwnl", "explore", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        line = process.stdout.readline()
+        assert line.startswith("http://127.0.0.1:")
+        process.send_signal(2)
+        assert process.wait(30) == 130
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")
+def test_page_follows_the_sliders(port, tmp_path):
+    def cells():
+        return page.run(
+            "[...document.querySelectorAll('#thresholds tr')].map(r => [...r.children].map(c => c.textContent))"
+        )
+
+    with Browser(tmp_path / "profile") as page:
+        page.send("Page.navigate", url=f"http://{HOST}:{port}/")
+        page.wait_for("document.querySelectorAll('#thresholds tr').length === 1")
+        (row,) = cells()
+        (expected,) = landau(RodParameters("1e4", "1e4", "1e-4"))
+        assert float(row[1]) == pytest.approx(expected.force, rel=1e-7)
+        assert row[6] == "supercritical"
+        # the middle of the slider for k1 is 20 (1e6/20)^0.23 where clicked
+        box = page.run(
+            "(r => [r.x, r.y, r.width, r.height])(document.getElementById('k1').getBoundingClientRect())"
+        )
+        page.click(box[0] + 0.23 * box[2], box[1] + box[3] / 2)
+        page.wait_for("document.querySelectorAll('#thresholds tr').length === 2")
+        k1 = page.run("document.getElementById('k1-value').textContent")
+        assert 150 < float(k1) < 300
+        force = page.run("document.getElementById('force-value').textContent")
+        rod = RodParameters(k1, "1e4", "1e-4")
+        for shown, c, p in zip(cells(), landau(rod), predict(rod, force), strict=True):
+            assert float(shown[1]) == pytest.approx(c.force, rel=1e-7)
+            assert float(shown[2]) == pytest.approx(c.omega, rel=1e-7)
+            re = float(shown[4].split()[0].replace("−", "-"))
+            assert re == pytest.approx(c.alpha.real, rel=1e-5)
+            assert (shown[3], shown[6]) == (c.crossing, c.criticality)
+            assert (shown[7] == "–") == (not p.exists)
+        page.wait_for("document.querySelectorAll('#amplitude circle').length > 10")
+        assert all(url.startswith((f"http://{HOST}:{port}/", "data:", "about:")) for url in page.requests)
+        assert len(page.requests) > 3
+        page.screenshot(tmp_path / "page.png")
+        assert (tmp_path / "page.png").stat().st_size > 20_000

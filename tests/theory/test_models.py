@@ -13,11 +13,12 @@ import pytest
 from rodwnl.coefficients import landau
 from rodwnl.laws import LAWS
 from rodwnl.models import emitted
-from rodwnl.nilpotent import Nilpotent, cos, sin
-from rodwnl.normalform import normal_form
+from rodwnl.nilpotent import Nilpotent, cos, nilpotent, sin
+from rodwnl.normalform import _Discrete, normal_form
 from rodwnl.parameters import RodParameters
+from rodwnl.responses import pitchfork
 from rodwnl.spectrum import hopf_thresholds
-from rodwnl.strainform import follower
+from rodwnl.strainform import follower, tip
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STIFF, SHEARABLE, SOFT = (1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200.0, 1e4, 1e-4)
@@ -238,3 +239,41 @@ def test_the_stiff_limit(model, limit, tolerance):
     first, second = np.diff(forces)
     assert first / second == pytest.approx(10, rel=0.02)
     assert forces[-1] + second / 9 == pytest.approx(limit, abs=tolerance)
+
+
+def buckled_force(law, force, degree, size):
+    """The force under which the rod rests buckled with this tip displacement, by Newton's method."""
+    rod = _Discrete(law, degree)
+    w = rod.straight(force)
+    still = np.zeros_like(w)
+    mode = np.linalg.svd(rod.jacobian(w, force))[2][-1]
+    w = w + mode * size / (rod.tip_row(w, force) @ mode)
+    for _ in range(30):
+        y, y_w = tip(*rod._split(nilpotent(w)), degree)[1].part(), rod.tip_row(w, force)
+        R, R_F = rod.derivative(w, force), rod.derivative(w, force, (still, 1.0))
+        matrix = np.block([[rod.jacobian(w, force), R_F[:, None]], [y_w, np.zeros((1, 1))]])
+        step = np.linalg.solve(matrix, np.append(R, y - size))
+        w, force = w - step[:-1], force - step[-1]
+        if np.abs(step).max() < 1e-13 * max(1, force):
+            return force
+    raise AssertionError("no equilibrium found")
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "own"),
+    [
+        ("partial_follower", STIFF, {"chi": 0}),
+        ("partial_follower", (200.0, 100.0, 1e-2), {"chi": 0}),
+        ("partial_follower", SOFT, {"chi": "0.3"}),
+    ],
+)
+def test_a_buckled_rod_is_where_the_pitchfork_says(model, values, own):
+    """y_tip² = slope·(F − F_c) + …, on equilibria computed without any expansion."""
+    rod = RodParameters(*values, model=model, **own)
+    threshold = hopf_thresholds(rod, 30).steady[0]
+    predicted = pitchfork(rod, threshold)
+    law = LAWS[model](*values, **{name: float(v) for name, v in rod.own})
+    slopes = [(buckled_force(law, threshold.force, 24, a) - threshold.force) / a**2 for a in (0.02, 0.04)]
+    limit = (4 * slopes[0] - slopes[1]) / 3  # without the term in a²
+    assert limit == pytest.approx(1 / predicted.y_tip2_slope, rel=1e-4)
+    assert predicted.beta == pytest.approx(threshold.slope.real, rel=1e-9)

@@ -53,8 +53,11 @@ def rod(k1: float, k2: float, gamma3: float, gamma1: float, degree: int):
 
 def analyse(k1: float, k2: float, gamma3: float, gamma1: float, force: float, degree: int) -> dict:
     f, straight = rod(k1, k2, gamma3, gamma1, degree)
-    # Newton's residual cannot fall below the round-off of the second derivatives times the stiffness
-    q, F, q1, q2, omega, converged = hopf_point(f, straight(force), force, tol=1e-3, max_iter=30)
+    # The residual cannot fall below the round-off of second derivatives times the stiffness, so the tolerance
+    # is wide; a second search, from where the first stopped, adds the Newton step that it saves.
+    q, F = straight(force), force
+    for _ in range(2):
+        q, F, q1, q2, omega, converged = hopf_point(f, q, F, tol=1e-3, max_iter=30)
     l1 = lyapunov_coefficient(f, q, F, q1, q2, omega)
 
     def eigenvalues(F):

@@ -206,3 +206,15 @@ def test_no_command_but_derive_imports_sympy_and_landau_not_even_scipy():
     ).stdout.split()
     assert "numpy" in loaded
     assert not {"sympy", "scipy", "matplotlib", "derivation"} & set(loaded)
+
+
+def test_hopf_lists_the_crossings_of_further_eigenvalues_when_asked(said):
+    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
+    document = json.loads(said("hopf", *rod, "--all", "--json"))
+    (later,) = document["later"]
+    assert (later["unstable_below"], later["unstable_above"]) == (2, 4)
+    assert float(later["force"]) > float(document["thresholds"][0]["force"])
+    assert "later" not in json.loads(said("hopf", *rod, "--json"))
+    assert "Further eigenvalues" in said("hopf", *rod, "--all")
+    assert "No further eigenvalue" in said("hopf", *REENTRANT, "--all")
+    assert "--all" in said("hopf", *rod, "--all", "--digits", "20", code=2)

@@ -1,5 +1,9 @@
 """Rods from files: formulas are read by a grammar and never evaluated; errors say where they are."""
 
+import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -255,3 +259,24 @@ def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
     file.write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match="is not a text in UTF-8"):
         emitted(str(file))
+
+
+def test_the_page_for_new_users_is_true(tmp_path, monkeypatch, capsys):
+    """Its file, its commands and its Python run as they stand, with the numbers that it shows."""
+    page = (EXAMPLES.parent / "docs" / "your-rod.md").read_text()
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    (rod,) = [text for kind, text in blocks if kind == "toml"]
+    Path("rod.toml").write_text(rod)
+    ran = 0
+    for text in (text for kind, text in blocks if not kind and text.startswith("$ ")):
+        for call in re.findall(r"^\$ rodwnl (.*)$", text, re.MULTILINE):
+            assert cli.run(shlex.split(call)) == 0, call
+            ran += 1
+        printed = capsys.readouterr().out
+        for number in re.findall(r"\d+\.\d{6,}", text):
+            assert number[:-4] in printed, number
+    assert ran == 4
+    (program,) = [text for kind, text in blocks if kind == "python"]
+    subprocess.run([sys.executable, "-c", program], check=True, capture_output=True)
+    assert Path("my-rod/mine/landau.py").is_file()

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from rodwnl.coefficients import landau
+from rodwnl.lawcycles import law_cycle
 from rodwnl.laws import LAWS
 from rodwnl.models import emitted
 from rodwnl.nilpotent import Nilpotent, cos, nilpotent, sin
@@ -277,3 +278,28 @@ def test_a_buckled_rod_is_where_the_pitchfork_says(model, values, own):
     limit = (4 * slopes[0] - slopes[1]) / 3  # without the term in a²
     assert limit == pytest.approx(1 / predicted.y_tip2_slope, rel=1e-4)
     assert predicted.beta == pytest.approx(threshold.slope.real, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "own", "index"),
+    [
+        ("metric_drag", STIFF, {}, 0),
+        ("metric_drag", SOFT, {}, 1),
+        ("quartic", SOFT, {}, 0),
+        ("partial_follower", SOFT, {}, 1),
+        ("distributed", STIFF, {}, 0),
+    ],
+)
+def test_orbits_of_the_full_rod_leave_the_threshold_as_predicted(model, values, own, index):
+    """A_tip² and ω along the branch, on orbits computed without any expansion."""
+    c = landau(RodParameters(*values, model=model, **own))[index]
+    rod = RodParameters(*values, model=model, **own)
+    law = LAWS[model](*values, **{name: float(v) for name, v in rod.own})
+    form = normal_form(law, c.force, c.omega, 24)
+    sizes = [0.01 * abs(c.A_tip2_slope * c.force) ** 0.5 * s for s in (1, 2)]
+    cycles = [law_cycle(law, form, a) for a in sizes]
+    # Both are even in the amplitude: two orbits give their slopes but for the fourth power of it.
+    first, second = ((x.force - form.force) / x.amplitude**2 for x in cycles)
+    assert (4 * first - second) / 3 == pytest.approx(1 / c.A_tip2_slope, rel=1e-4)
+    first, second = ((x.omega - form.omega) / (x.force - form.force) for x in cycles)
+    assert (4 * first - second) / 3 == pytest.approx(c.omega_slope, rel=1e-4)

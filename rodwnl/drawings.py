@@ -15,6 +15,7 @@ from rodwnl.animation import ARROW, STYLE, follower_arrows
 from rodwnl.collocation import interpolation
 from rodwnl.errors import InputError
 from rodwnl.figuredata import Column, Comparison, EigenvaluePath, SimulatedPoint
+from rodwnl.output import complex_number
 from rodwnl.parameters import RodParameters
 from rodwnl.reduced import ReducedModel
 from rodwnl.simulation import Simulation
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 LIGHT, DARK, RED, BLUE = "0.55", "0.1", "#c8553d", "#2a6f97"
 SNAPSHOTS = 10
+FORCE, TIME = "force $F$  ($k_3/L^2$)", r"$t$  ($\gamma_2 L^4/k_3$)"
+RATE = r"$k_3/\gamma_2 L^4$"
 
 
 @dataclass(frozen=True)
@@ -68,16 +71,16 @@ def hopf(columns: Sequence[Column], path: EigenvaluePath) -> Drawing:
             c = column.coefficients
             bottom.plot([0, 0], [c.omega, -c.omega], "o", color=RED)
             offset, side = ((-4, 5), "right") if column is columns[0] else ((4, 5), "left")
-            text = f"$F = {c.force:.5g}$"
+            text = f"$F = {c.force:.2f}$"
             bottom.annotate(text, (0, c.omega), offset, textcoords="offset points", ha=side)
-        bottom.set(xlabel=r"Re $\lambda$", ylabel=r"Im $\lambda$")
+        bottom.set(xlabel=rf"Re $\lambda$  ({RATE})", ylabel=rf"Im $\lambda$  ({RATE})")
     lower, upper = (column.coefficients for column in columns)
     caption = (
         f"Spectrum of the straight rod, {_values(columns[0].rod)}: the critical pair of eigenvalues over "
-        "the force (top; real parts solid, imaginary parts dashed; thresholds and frequencies dotted) and "
-        "its path in the complex plane as the force grows (bottom, arrows). The rod is unstable between "
-        f"the thresholds F = {lower.force:.6g} (ω = {lower.omega:.6g}) and F = {upper.force:.6g} (ω = "
-        f"{upper.omega:.6g})."
+        "the force (top; real parts solid, imaginary parts dashed, the other of the pair grey; thresholds "
+        "and frequencies dotted) and its path in the complex plane as the force grows (bottom, arrows). The "
+        f"rod is unstable between the thresholds F = {lower.force:.2f} (ω = {lower.omega:.6g}) and "
+        f"F = {upper.force:.2f} (ω = {upper.omega:.6g})."
     )
     return Drawing("hopf", caption, figure, *_path_table([(columns[0], path)]))
 
@@ -96,14 +99,15 @@ def beta_check(columns: Sequence[Column], paths: Sequence[EigenvaluePath]) -> Dr
                     panel.plot(c.force + step, value + slope * step, color=RED, linewidth=2.2, alpha=0.8)
             panel.set_title(f"({letter}) {_values(column.rod)}", loc="left", fontsize=6.5)
     slopes = [
-        f"{_values(column.rod)}, F = {column.coefficients.force:.6g}: β = {column.coefficients.beta:.6g}, "
-        f"dλ/dF = {column.coefficients.threshold.slope:.6g}."
+        f"{_values(column.rod)}, F = {column.coefficients.force:.2f}: "
+        f"β = {complex_number(column.coefficients.beta, digits=6)}, "
+        f"dλ/dF = {complex_number(column.coefficients.threshold.slope, digits=6)}."
         for column in columns
     ]
     caption = (
-        "Eigenvalue branches (real parts solid, imaginary parts dashed) through the Hopf thresholds "
-        "(dotted), with the tangents whose slopes are Re β and Im β of the weakly nonlinear theory (red). "
-        + " ".join(slopes)
+        "Eigenvalue branches (real parts solid, imaginary parts dashed, the other of the pair grey) through "
+        "the Hopf thresholds (dotted), with the tangents whose slopes are Re β and Im β of the weakly "
+        "nonlinear theory (red). " + " ".join(slopes)
     )
     return Drawing("beta_check", caption, figure, *_path_table(list(zip(columns, paths, strict=False))))
 
@@ -119,7 +123,7 @@ def _parts(panel: Any, path: EigenvaluePath, columns: Sequence[Column], legend: 
         c = column.coefficients
         panel.axvline(c.force, color="0.3", linestyle=":", linewidth=0.8)
         panel.axhline(c.omega, color="0.3", linestyle=":", linewidth=0.8)
-    panel.set(xlabel="force $F$", ylabel=r"$\lambda$")
+    panel.set(xlabel=FORCE, ylabel=rf"$\lambda$  ({RATE})")
     if legend:
         panel.legend(loc="best")
 
@@ -145,7 +149,7 @@ def nonlinear(run: Simulation) -> Drawing:
         growing.plot(run.time[early], run.tip_y[early], color=DARK, linewidth=0.6)
         beating.plot(run.time[late], run.tip_y[late], color=DARK, linewidth=0.9)
         for panel in (growing, beating):
-            panel.set(xlabel="$t$", xmargin=0)
+            panel.set(xlabel=TIME, xmargin=0)
         growing.set(ylabel="$y(1, t)/L$")
     caption = (
         f"Beating rod, {_values(run.rod)}, F = {run.force:g}, full nonlinear equations. Top: {SNAPSHOTS} "
@@ -171,7 +175,7 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
         figure = Figure(figsize=(7.2, 3.6))
         history, shapes = figure.subplots(1, 2)
         history.plot(time, tip_y, color=DARK, linewidth=0.4)
-        history.set(xlabel=r"$t$  ($\gamma_2 L^4/k_3$)", ylabel="$y(1, t)/L$", xmargin=0)
+        history.set(xlabel=TIME, ylabel="$y(1, t)/L$", xmargin=0)
         for k, shade in zip(shown, np.linspace(0.78, 0.0, shown.size), strict=True):
             shapes.plot(x[k], y[k], color=str(shade), linewidth=1.2)
         follower_arrows(shapes, x[shown, -1], y[shown, -1], theta[shown, -1], RED)
@@ -203,10 +207,10 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
             top.set_title(f"({letters[0]}) {first},\nγ3{others[0]}", loc="left", fontsize=6)
             bottom.set_title(f"({letters[1]})", loc="left", fontsize=6)
             top.set(ylim=(-0.03 * top.get_ylim()[1], None))
-            bottom.set(xlabel="force $F$")
+            bottom.set(xlabel=FORCE)
             rows += _comparison_rows(item, letters)
         axes[0, 0].set(ylabel=r"$A_\mathrm{tip}/L$")
-        axes[1, 0].set(ylabel=r"$\omega$  ($k_3/\gamma_2 L^4$)")
+        axes[1, 0].set(ylabel=rf"$\omega$  ({RATE})")
         axes[0, 0].legend(loc="lower right", fontsize=5.5)
     folds = [f"F = {fold[0]:.8g}" for item in columns for fold in item.folds]
     caption = (
@@ -222,7 +226,7 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
 def _compare(item: Comparison, panel: Any, which: int) -> None:
     """One panel: 1 amplitude, 2 frequency."""
     theory = item.theory
-    dash = "-" if item.theory_stable else "--"
+    dash = "-" if item.column.supercritical else "--"
     panel.plot(theory[:, 0], theory[:, which], dash, color=DARK, label="amplitude equation")
     along = smooth_branch(item.orbits)
     changes = np.flatnonzero(np.diff(along[:, 3])) + 1
@@ -267,7 +271,7 @@ def _value(point: SimulatedPoint, which: int) -> float | None:
 
 
 def _comparison_rows(item: Comparison, panels: str) -> list[list[Any]]:
-    theory = "stable" if item.theory_stable else "unstable"
+    theory = "stable" if item.column.supercritical else "unstable"
     rows: list[list[Any]] = [[panels, "amplitude equation", *row, theory] for row in item.theory.tolist()]
     rows += [[panels, "orbit", *o[:3], "stable" if o[3] else "unstable"] for o in item.orbits.tolist()]
     rows += [[panels, "fold", *row, ""] for row in item.folds.tolist()]
@@ -299,7 +303,7 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
                 panel.tick_params(labelsize=5.5)
                 columns = (u.tolist(), values.real.tolist(), values.imag.tolist())
                 rows += [[repr(model.coefficients.force), name, *row] for row in zip(*columns, strict=True)]
-            line[0].set_ylabel(f"$F_c = {model.coefficients.force:.5g}$")
+            line[0].set_ylabel(f"$F_c = {model.coefficients.force:.2f}$")
         for panel, label in zip(axes[0], labels.values(), strict=True):
             panel.set_title(label)
         for panel in axes[-1]:

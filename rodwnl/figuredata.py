@@ -5,13 +5,12 @@ Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.branches import Branch, branch
+from rodwnl.branches import branch
 from rodwnl.coefficients import LandauCoefficients, landau_at
 from rodwnl.cycles import Rod
 from rodwnl.inverse import leading_eigenvalues
@@ -23,8 +22,8 @@ from rodwnl.spectrum import hopf_thresholds
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Watch = Callable[[str], None]
 
+PERIODS = 40  # the shortest simulation
 LONGEST = 16.0  # a simulation that has not settled by then is drawn as such
 REACH = 0.12  # how far beyond a threshold the comparison goes, relative to it
 DETUNINGS = (0.003, 0.01, 0.02, 0.035, 0.055, 0.085, 0.115)  # of the simulations, relative to the threshold
@@ -41,6 +40,11 @@ class Column:
     def side(self) -> float:
         """+1 where the straight rod is unstable above the threshold, −1 where below."""
         return 1.0 if self.coefficients.crossing == "destabilizing" else -1.0
+
+    @property
+    def supercritical(self) -> bool:
+        """Whether the branch of oscillations that begins here is stable."""
+        return self.coefficients.criticality == "supercritical"
 
 
 @dataclass(frozen=True)
@@ -64,13 +68,12 @@ class SimulatedPoint:
 class Comparison:
     """Theory, simulations and orbits beside one threshold.
 
-    theory (m, 3): force, A_tip, ω of the amplitude equation; theory_stable: whether that branch is stable.
-    orbits (k, 4): force, A_tip, ω, 1 where the stretch after it is stable; folds (j, 3): force, A_tip, ω.
+    theory (m, 3): force, A_tip, ω of the amplitude equation. orbits (k, 4): force, A_tip, ω, 1 where the
+    stretch after it is stable; folds (j, 3): force, A_tip, ω.
     """
 
     column: Column
     theory: Array
-    theory_stable: bool
     points: tuple[SimulatedPoint, ...]
     orbits: Array
     folds: Array
@@ -102,56 +105,52 @@ def eigenvalue_path(column: Column, low: float, high: float, count: int = 400) -
     return EigenvaluePath(force, path)
 
 
-def until_settled(rod: RodParameters, force: float, perturbation: float, first: float) -> SimulatedPoint:
-    """Simulations of doubled length, from `first` on, until one has settled or decayed."""
-    time = first
+def starts(column: Column, quick: bool = False) -> list[tuple[float, float]]:
+    """Force and perturbation of the simulations in fig:comparison; `quick`: of every other one."""
+    perturbation = 0.01 if column.supercritical else 0.1
+    detunings = DETUNINGS[1::2] if quick else DETUNINGS
+    force = column.coefficients.force
+    return [(force + d * force * column.side, perturbation) for d in detunings]
+
+
+def coexisting(column: Column, folds: Array) -> list[tuple[float, float]]:
+    """Two simulations of both stable states: half-way between the threshold and the farthest fold, if any."""
+    if not folds.size:
+        return []
+    middle = 0.5 * (column.coefficients.force + float(folds[:, 0].max()))
+    return [(middle, 0.005), (middle, 0.5)]
+
+
+def simulated(column: Column, force: float, perturbation: float) -> SimulatedPoint:
+    """Simulations of doubled length until one has settled or decayed."""
+    time = PERIODS * 2 * np.pi / column.coefficients.omega
     while True:
-        run = simulate(rod, repr(force), repr(time), repr(perturbation), rtol=1e-7)
+        run = simulate(column.rod, repr(force), repr(time), repr(perturbation), rtol=1e-7)
         if run.reading.state != "not finished" or time >= LONGEST:
             return SimulatedPoint(force, perturbation, run.reading)
         time *= 2
 
 
-def comparison(column: Column, watch: Watch, quick: bool = False) -> Comparison:
-    """Everything fig:comparison shows of one column."""
-    c = column.coefficients
-    reach = REACH * c.force
-    supercritical = c.criticality == "supercritical"
-    first = 40 * 2 * np.pi / c.omega  # 40 periods
-    detunings = [d * c.force * column.side for d in (DETUNINGS[1::2] if quick else DETUNINGS)]
-    points = []
-    for detuning in detunings:
-        watch(f"simulating k1 = {float(column.rod.k1):g} at force {c.force + detuning:.4g}")
-        points.append(until_settled(column.rod, c.force + detuning, 0.01 if supercritical else 0.1, first))
-    watch(f"orbits of k1 = {float(column.rod.k1):g} from force {c.force:.4g}")
-    orbits = orbit_branch(column, reach)
-    path = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in orbits.path])
-    path[-1, 3] = path[-2, 3]
-    turns = [event.at.cycle for event in orbits.folds]
-    folds = np.array([(o.force, o.tip_amplitude, o.omega) for o in turns]).reshape(-1, 3)
-    if folds.size and not quick:  # both states at one force
-        middle = 0.5 * (c.force + float(folds[:, 0].max()))
-        for perturbation in (0.005, 0.5):
-            watch(f"simulating at force {middle:.6g} from {perturbation}")
-            points.append(until_settled(column.rod, middle, perturbation, first))
-    return Comparison(column, _theory(column, reach), supercritical, tuple(points), path, folds)
+def orbits(column: Column) -> tuple[Array, Array]:
+    """The branch of orbits from the threshold on, within the forces that are drawn, and its folds.
 
-
-def orbit_branch(column: Column, reach: float) -> Branch:
-    """The branch of orbits from the threshold on, within the forces that are drawn.
-
-    From a subcritical threshold it may go as far as it likes before it turns back.
+    (k, 4) and (j, 3) as in `Comparison`. From a subcritical threshold the branch may go as far as it likes
+    before it turns back.
     """
     c = column.coefficients
-    farthest = c.force + reach if c.criticality == "supercritical" else float(column.rod.k1)
-    return branch(Rod(*column.rod.floats()), c.force, c.omega, window=(c.force - reach, farthest))
+    reach = REACH * c.force
+    farthest = c.force + reach if column.supercritical else float(column.rod.k1)
+    found = branch(Rod(*column.rod.floats()), c.force, c.omega, window=(c.force - reach, farthest))
+    path = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in found.path])
+    path[-1, 3] = path[-2, 3]
+    turns = [event.at.cycle for event in found.folds]
+    return path, np.array([(o.force, o.tip_amplitude, o.omega) for o in turns]).reshape(-1, 3)
 
 
-def _theory(column: Column, reach: float) -> Array:
+def theory(column: Column) -> Array:
     """(m, 3): A_tip and ω by eq:tipamplitude and eq:tipfrequency, dense where the root is steep."""
     c = column.coefficients
-    side = np.sign(c.A_tip2_slope)
-    detuning = side * reach * np.linspace(0, 1, 60)[1:] ** 2
+    detuning = np.sign(c.A_tip2_slope) * REACH * c.force * np.linspace(0, 1, 60)[1:] ** 2
     predictions = [predict_at(c, c.force + d) for d in detuning]
     rows = [(p.force, p.A_tip or 0.0, p.omega or 0.0) for p in predictions]
     return np.array([(c.force, 0.0, c.omega), *rows])

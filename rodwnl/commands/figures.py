@@ -1,6 +1,5 @@
 """`rodwnl figures`: the paper's figures from computed data."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -16,15 +15,14 @@ def command(
     Each is written as SVG and PNG, with its data as CSV and its caption as text beside it.
     """
     from rodwnl.figures import draw_all
-    from rodwnl.storage import require_writable
+    from rodwnl.progress import progress
+    from rodwnl.storage import require, require_writable
 
+    require("matplotlib", "figures")
+    require("sksundae", "simulate")
     out.mkdir(parents=True, exist_ok=True)
     require_writable(out / "figure.png")
-    for picture in draw_all(out, _watch, quick):
-        print(f"wrote {picture} (and .svg, .csv, .txt)")
-
-
-def _watch(text: str) -> None:
-    """What is being done, on stderr; one line that is overwritten where that is a terminal."""
-    if sys.stderr.isatty():
-        print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+    with progress() as watch:
+        written = draw_all(out, watch, quick)
+    for figure in written:
+        print(f"wrote {figure.path('.png')} (and .svg, .csv, .txt)")

@@ -1,39 +1,95 @@
-"""`rodwnl reproduce`: the paper's numeric tables beside computed values."""
+"""`rodwnl reproduce`: the paper's numeric tables, equations and figures, made anew."""
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
+
+from rodwnl.errors import InputError
 from rodwnl.options import Digits, Json, read_digits
 from rodwnl.output import complex_number, number, print_json, print_table
 
 if TYPE_CHECKING:
+    from rodwnl.reproduction import Reproduction, Rows
     from rodwnl.tables import Cell, PrintedRow
 
 _MARKS = {"numeric": "", "erratum": " (erratum)", "differs": " (DIFFERS)"}
 
 
-def command(json: Json = False, digits: Digits = None) -> int:
-    """The paper's tables, cell by cell, beside computed values at the printed precision.
+def command(
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: reproduction.")] = None,
+    tables: Annotated[bool, typer.Option("--tables", help="Print the tables only; write nothing.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer simulations in the figure of theory and simulation.")
+    ] = False,
+    json: Json = False,
+    digits: Digits = None,
+) -> int:
+    """Everything the paper's numbers rest on, made anew into one folder with an index page.
 
-    A cell that does not hold is shown with more digits and with the value of an independent computation. The
-    exit code is 1 if such a cell is not a reviewed erratum, or if an erratum no longer holds.
+    The tables, cell by cell, beside computed values at the printed precision; every equation, decided; every
+    figure, with its data. A cell that does not hold is shown with more digits and with the value of an
+    independent computation. The exit code is 1 if such a cell is not a reviewed erratum, if an erratum no
+    longer holds, or if an equation differs.
     """
+    from rodwnl.reproduction import prepare, tables_document
     from rodwnl.tables import compared_rows
 
+    if tables and (quick or out is not None):
+        raise InputError("--tables writes nothing: leave --out and --quick away")
     wanted = read_digits(digits)
+    folder = out or Path("reproduction")
+    if not tables:
+        prepare(folder)
     rows = compared_rows()
-    cells = [cell for _, row_cells in rows for cell in row_cells]
-    counts = {status: sum(cell.status == status for cell in cells) for status in _MARKS}
     exact = [] if wanted is None else _exact_entries([row for row, _ in rows], wanted)
+    if not json:
+        _print_tables(rows, exact)
+    elif tables:
+        print_json(tables_document(rows, exact))
+    if tables:
+        return 1 if any(cell.status == "differs" for _, cells in rows for cell in cells) else 0
+    return _make(folder, exact, quick, json)
+
+
+def _make(folder: Path, exact: list[dict[str, Any]], quick: bool, json: bool) -> int:
+    from rodwnl.progress import progress
+    from rodwnl.reproduction import LEFT_OUT, document, reproduce
+
+    with progress() as watch:
+        made = reproduce(folder, exact, watch, quick)
     if json:
-        print_json({"tables": [_entry(cell) for cell in cells], "counts": counts, "exact": exact})
+        print_json(document(made))
     else:
-        for table in dict.fromkeys(row.table for row, _ in rows):
-            _print_one(table, [(row, row_cells) for row, row_cells in rows if row.table == table])
-        _print_exceptions([cell for cell in cells if cell.status != "numeric"])
-        for entry in exact:
-            _print_exact(entry)
-        print(", ".join(f"{count} {status}" for status, count in counts.items()))
-    return 1 if counts["differs"] else 0
+        _print_rest(made)
+        if quick:
+            print(f"--quick: {LEFT_OUT}.")
+    return 1 if made.differs else 0
+
+
+def _print_rest(made: "Reproduction") -> None:
+    """The ledger in a line, what does not hold in it, and where everything stands."""
+    from rodwnl.reproduction import INDEX, LEDGER
+
+    counts = made.report.counts
+    print(f"equations: {', '.join(f'{count} {status}' for status, count in counts.items())}")
+    for finding in made.report.findings:
+        if finding.row.status in ("differs", "not decided"):
+            print(f"{finding.label} {finding.row.status}: {finding.row.reason}")
+    print(f"{len(made.figures)} figures: {', '.join(figure.name for figure in made.figures)}")
+    print(f"wrote {made.folder / INDEX} and {made.folder / LEDGER}")
+
+
+def _print_tables(rows: "Rows", exact: list[dict[str, Any]]) -> None:
+    from rodwnl.reproduction import count_cells
+
+    cells = [cell for _, row_cells in rows for cell in row_cells]
+    for table in dict.fromkeys(row.table for row, _ in rows):
+        _print_one(table, [(row, row_cells) for row, row_cells in rows if row.table == table])
+    _print_exceptions([cell for cell in cells if cell.status != "numeric"])
+    for entry in exact:
+        _print_exact(entry)
+    print(", ".join(f"{count} {status}" for status, count in count_cells(cells).items()), flush=True)
 
 
 def _print_one(table: str, rows: "list[tuple[PrintedRow, tuple[Cell, ...]]]") -> None:
@@ -97,13 +153,3 @@ def _print_exact(entry: dict[str, Any]) -> None:
 
 def _digits(value: complex) -> str:
     return complex_number(value) if isinstance(value, complex) else number(value)
-
-
-def _entry(cell: "Cell") -> dict[str, Any]:
-    texts = ("table", "row", "column", "method", "printed", "computed", "status", "remark")
-    values = {"value": _texts(cell.value), "independent": _texts(cell.independent)}
-    return {name: getattr(cell, name) for name in texts} | values | {"agreement": cell.agreement}
-
-
-def _texts(value: complex) -> str | list[str]:
-    return [repr(value.real), repr(value.imag)] if isinstance(value, complex) else repr(float(value))

@@ -17,10 +17,10 @@ from rodwnl.figuredata import (
     Column,
     Comparison,
     SimulatedPoint,
-    _theory,
     eigenvalue_path,
     paper_columns,
-    until_settled,
+    simulated,
+    theory,
 )
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict_at
@@ -47,14 +47,14 @@ def compared(column):
     """A comparison with a short branch, and one simulation in each state."""
     c = column.coefficients
     path = branch(Rod(*FIRST.floats()), c.force, c.omega, window=(37.0, 38.0)).path
-    orbits = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in path])
+    followed = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in path])
     readings = [
         Reading("settled", 0.1, 1e-6, 193.0, 1e-3, 0.0),
         Reading("not finished", 0.05, 1e-2, 192.0, 1.0, 0.5),
         Reading("decayed", 1e-8, 1e-8, None, None, -1.0),
     ]
     points = tuple(SimulatedPoint(37.5 + k, 0.01, reading) for k, reading in enumerate(readings))
-    return Comparison(column, _theory(column, 2.0), True, points, orbits, np.array([[38.0, 0.1, 193.0]]))
+    return Comparison(column, theory(column), points, followed, np.array([[38.0, 0.1, 193.0]]))
 
 
 def test_the_papers_rods_and_thresholds_are_found():
@@ -94,14 +94,15 @@ def test_a_branch_is_drawn_through_its_points_and_around_its_fold():
 
 
 def test_the_theory_drawn_is_the_prediction(column):
-    theory = _theory(column, 2.0)
-    expected = predict_at(column.coefficients, theory[30, 0])
-    np.testing.assert_allclose(theory[30, 1:], [expected.A_tip, expected.omega])
-    assert theory[0].tolist() == [column.coefficients.force, 0.0, column.coefficients.omega]
+    drawn = theory(column)
+    expected = predict_at(column.coefficients, drawn[30, 0])
+    np.testing.assert_allclose(drawn[30, 1:], [expected.A_tip, expected.omega])
+    assert drawn[0].tolist() == [column.coefficients.force, 0.0, column.coefficients.omega]
 
 
-def test_simulations_are_repeated_until_they_settle():
-    point = until_settled(FIRST, 42.0, 0.01, 0.1)
+def test_simulations_are_repeated_until_they_settle(column, monkeypatch):
+    monkeypatch.setattr("rodwnl.figuredata.PERIODS", 3)
+    point = simulated(column, 42.0, 0.01)
     assert point.reading.state == "settled"
     assert point.reading.A_tip == pytest.approx(0.34970, abs=2e-4)
 
@@ -199,7 +200,7 @@ def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
 
 
 def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(figures, "computed", lambda watch, quick: iter([drawings.compared([compared])]))
+    monkeypatch.setattr(figures, "computed", lambda pool, watch, quick: iter([drawings.compared([compared])]))
     folder = tmp_path / "new"
     assert run(["figures", "--out", str(folder)]) == 0
     assert {p.suffix for p in folder.iterdir()} == {".svg", ".png", ".csv", ".txt"}

@@ -101,9 +101,9 @@ def test_certified_without_the_extra_says_what_to_install(said, monkeypatch):
 
 
 def test_reproduce_prints_digits_of_every_threshold_once(said):
-    document = json.loads(said("reproduce", "--digits", "30", "--json"))
+    document = json.loads(said("reproduce", "--tables", "--digits", "30", "--json"))
     assert [entry["row"] for entry in document["exact"]] == ["(a, b)", "(c, d)", "(e, f)", "(g, h)"]
     with mp.workdps(60):
         assert document["exact"][2]["force"] == mp.nstr(mp.mpf(FORCE), 30, strip_zeros=False)
-    assert FORCE[:20] in said("reproduce", "--digits", "30")
-    assert "whole number from 1 to 10000" in said("reproduce", "--digits", "0", code=2)
+    assert FORCE[:20] in said("reproduce", "--tables", "--digits", "30")
+    assert "whole number from 1 to 10000" in said("reproduce", "--tables", "--digits", "0", code=2)

@@ -5,6 +5,8 @@ A table of contents, no mathematics: every expression comes from a record of the
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from sympy import Expr, sqrt
 from sympy.polys.rings import PolyElement
 
@@ -62,8 +64,22 @@ def _rod(d: Derivation, s: Signatures) -> Module:
     def function(
         name: str, doc: str, label: str, arguments: tuple[Argument, ...], outputs: dict[str, Expr]
     ) -> Function:
-        namespace = name != "stresses" or needs_namespace(outputs.values())
+        namespace = name not in plain or needs_namespace(outputs.values())
         return Function(name, doc, (label,), arguments, tuple(outputs.items()), namespace=namespace)
+
+    def optional(argument: Argument) -> Argument:
+        return replace(argument, parameter=True)
+
+    plain = ("stresses", "drag_coefficients", "tip_load", "body_load")
+    at_tip = tuple(
+        Argument(n, symbol(n), f"{doc} at u = 1", SCALAR, parameter=True)
+        for n, doc in (
+            ("theta", "angle of the frame"),
+            ("v1", "tangential velocity"),
+            ("v2", "normal velocity"),
+            ("Omega", "angular velocity"),
+        )
+    )
 
     def named(names: str, values: tuple[Expr, ...]) -> dict[str, Expr]:
         return dict(zip(names.split(), values, strict=True))
@@ -92,6 +108,27 @@ def _rod(d: Derivation, s: Signatures) -> Module:
                 "eq:constitutive",
                 (*strains, *s.parameters),
                 named("F1 F2 M", motion.stresses),
+            ),
+            function(
+                "drag_coefficients",
+                "Drag per unit velocity (v1, v2, Omega) and reference length.",
+                "eq:drag",
+                (*map(optional, strains), *s.parameters),
+                named("along_v1 along_v2 along_Omega", motion.drag),
+            ),
+            function(
+                "tip_load",
+                "Stresses (F1, F2, M) imposed at u = 1.",
+                "eq:follower",
+                (*at_tip, *s.parameters),
+                named("F1 F2 M", motion.load),
+            ),
+            function(
+                "body_load",
+                "Force and moment per reference length beside drag, in the moving frame.",
+                "eq:explicitdynamics",
+                s.parameters,
+                named("b1 b2 m", d.model.body_load),
             ),
             function(
                 "right_hand_side",

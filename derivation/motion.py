@@ -22,15 +22,17 @@ _VELOCITIES = ("v1", "v2", "Omega")
 
 @dataclass(frozen=True)
 class EquationsOfMotion:
-    """Exact expressions in x_u, ..., theta_uu; ``stresses`` in h1, h2, Pi.
+    """Exact expressions in x_u, ..., theta_uu; ``stresses`` and ``drag`` per unit velocity in h1, h2, Pi.
 
-    ``rates`` are (x_t, y_t, theta_t), ``tip`` the stresses minus the load at u = 1, ``tip_holds_rates``
-    whether the load has drag.
+    ``load`` are the stresses imposed at u = 1, in theta and the velocities; ``rates`` (x_t, y_t, theta_t);
+    ``tip`` the stresses minus the load at u = 1; ``tip_holds_rates`` whether the load has drag.
     """
 
     strains: Triple
     velocities: Triple
     stresses: Triple
+    drag: Triple
+    load: Triple
     rates: Triple
     tip: Triple
     tip_holds_rates: bool
@@ -68,6 +70,8 @@ def equations_of_motion(model: RodModel, exact: ExactKinematics) -> EquationsOfM
         tuple(strains.values()),
         tuple(velocities.values()),
         law,
+        tuple(d.diff(symbol(v)) for d, v in zip(model.drag, _VELOCITIES, strict=True)),
+        tuple(load.xreplace({symbol("cos"): c, symbol("sin"): s}) for load in model.tip_load),
         (x_t, y_t, theta_t),
         tuple(f - load for f, load in zip((f1, f2, m), loads, strict=True)),
         bool(held & set(map(symbol, _VELOCITIES))),

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a follower force spread along its length."""
 
 MODEL = "distributed"
-FINGERPRINT = "aa8eef97433e2096a85278e450deb5383bd6272f34f87bc0adfc36d95813e241"
+FINGERPRINT = "f9ffd138faf6d1a3c871555547c9b9d879d19f38e40e54261140e269d7517fc5"

@@ -60,6 +60,48 @@ def stresses(h1, h2, Pi, k1, k2):
     return F1, F2, M
 
 
+def drag_coefficients(gamma3, gamma1):
+    """Drag per unit velocity (v1, v2, Omega) and reference length.
+
+    gamma3 (...): rotational drag ratio gamma3/(gamma2 L^2)
+    gamma1 (...): translational drag ratio gamma1/gamma2
+    Returns along_v1, along_v2, along_Omega.
+    Paper: eq:drag.
+    Operations: none.
+    """
+    along_v1 = gamma1
+    along_v2 = 1
+    along_Omega = gamma3
+    return along_v1, along_v2, along_Omega
+
+
+def tip_load():
+    """Stresses (F1, F2, M) imposed at u = 1.
+
+    Returns F1, F2, M.
+    Paper: eq:follower.
+    Operations: none.
+    """
+    F1 = 0
+    F2 = 0
+    M = 0
+    return F1, F2, M
+
+
+def body_load(force):
+    """Force and moment per reference length beside drag, in the moving frame.
+
+    force (...): follower force F L^2/k3
+    Returns b1, b2, m.
+    Paper: eq:explicitdynamics.
+    Operations: none.
+    """
+    b1 = -force
+    b2 = 0
+    m = 0
+    return b1, b2, m
+
+
 def right_hand_side(xp, x_u, x_uu, y_u, y_uu, theta, theta_u, theta_uu, k1, k2, gamma3, gamma1, force):
     """Rates (x_t, y_t, theta_t) of the full nonlinear rod in the interior.
 

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force."""
 
 MODEL = "follower"
-FINGERPRINT = "8a4557e9aab889eb1efefe5596e32a03df8c3230973997200214dcc91a9e5422"
+FINGERPRINT = "c81d77e7411b9666a0e3f4505b0a71fb06cafcf76914202171d91ed7bdcce015"

@@ -2,4 +2,4 @@
 """Planar Cosserat rod under a tip follower force, drag per unit current length."""
 
 MODEL = "metric_drag"
-FINGERPRINT = "0cdde2f40c52a53d070247b63d28d63d5a660b5acc5c0dd28a57503b0869c040"
+FINGERPRINT = "73799ff615d32d93894835236cc77be975a12f43cf7609e25fa6dcd5d311b21b"

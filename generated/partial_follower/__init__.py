@@ -2,5 +2,5 @@
 """Planar Cosserat rod under a tip load of which a fraction follows."""
 
 MODEL = "partial_follower"
-FINGERPRINT = "31f64bc0824eaa14815cef7acdf1bd50e1bf9136ef78e709c50e08aaaf5757ef"
+FINGERPRINT = "fb80e472f089b157eac1047ea06f5d1c4e7914deaabe340ee0769c1148647471"
 PARAMETERS = {"chi": "9/10"}

@@ -2,5 +2,5 @@
 """Planar Cosserat rod under a tip follower force, stiffening in stretch and bending."""
 
 MODEL = "quartic"
-FINGERPRINT = "9183271e9288f62f3fafacff1d37447c14c09719ba529fd758c16905c5803037"
+FINGERPRINT = "ea632b4236c5da6eaf423e4b6804ec9d837e0110a653a657ded51971171d352c"
 PARAMETERS = {"stretch4": "100", "bend4": "1/10"}

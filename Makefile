@@ -1,4 +1,4 @@
-# The two commands to know: `make reproduce` and `make test`. A missing .venv is made on the way.
+# The two commands to know: `make reproduce` (into reproduction/) and `make test`. A missing .venv is made on the way.
 PYTHON ?= python3.11
 VENV   ?= .venv
 BIN    := $(VENV)/bin

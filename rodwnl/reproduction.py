@@ -17,6 +17,7 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from rodwnl import __version__
 from rodwnl.output import complex_number, number
@@ -275,7 +276,7 @@ def _wrong(report: Report) -> str:
     """The equations that do not hold, or could not be decided, each with a link into the ledger."""
     found = [f for f in report.findings if f.row.status in ("differs", "not decided")]
     lines = [
-        f'<li><a href="{LEDGER}#{escape(f.label)}">{escape(f.label)}</a> '
+        f'<li><a href="{LEDGER}#{quote(f.label, safe=":.")}">{escape(f.label)}</a> '
         f'<span class="{f.row.status.replace(" ", "-")}">{f.row.status}</span>: {escape(f.row.reason)}</li>'
         for f in found
     ]

@@ -217,7 +217,7 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
         "Tip amplitude (top) and frequency (bottom) of the oscillating rod: amplitude equation (black; "
         "unstable dashed), periodic orbits of the full rod (blue; unstable dashed; folds marked by "
         "diamonds), simulations (red circles, open where they had not settled; crosses where the rod came "
-        f"to rest). Folds: {', '.join(folds) if folds else 'none in the range'}."
+        f"to rest). Dotted: thresholds. Folds: {', '.join(folds) if folds else 'none in the range'}."
     )
     header = ("panels", "series", "force", "A_tip", "omega", "remark")
     return Drawing("comparison", caption, figure, header, rows)

@@ -1,7 +1,7 @@
-"""The atlas of criticality: where in parameter space a rod flutters, up to which force, and how the flutter begins.
+"""The atlas of criticality: where in parameter space a rod flutters, up to which force, and how it begins.
 
-Each map is a sweep over a plane of two parameters, with the curves on which the character of a threshold changes followed
-by continuation (`rodwnl.curves`): Re α = 0 (bautin) and Re β = 0 (closing).
+Each map is a sweep over a plane of two parameters, with the curves on which the character of a threshold
+changes followed by continuation (`rodwnl.curves`): Re α = 0 (bautin) and Re β = 0 (closing).
 """
 
 from __future__ import annotations
@@ -15,12 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rodwnl.batch import landau_batch
 from rodwnl.batch_spectrum import Real
-from rodwnl.continuation import ConvergenceError
-from rodwnl.curves import Curve, Equations, Special, SpecialPoint, special_curve, special_point
+from rodwnl.curves import Curve, Special, SpecialPoint, special_curve, special_point
 from rodwnl.errors import ComputationError
 from rodwnl.grids import Grid, grid
 from rodwnl.storage import replacing, require
@@ -101,7 +99,7 @@ class Witness:
 def make(
     folder: Path, points: int = POINTS, workers: int | None = None, watch: Callable[[str], None] = print
 ) -> None:
-    """Compute all maps into the folder: data (.nc), special curves (.csv), figures (.svg, .png), and summary.json."""
+    """Compute all maps into the folder: data (.nc), curves (.csv), figures (.svg, .png), and summary.json."""
     from rodwnl.maps import draw
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -163,8 +161,8 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
 def special_curves(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, Curve]]:
     """Every curve of special points that is seen between neighbouring rods of the map.
 
-    A change that lies on a curve already followed gives nothing new; others start a curve, which is followed both ways
-    to the edges of the map.
+    A change that lies on a curve already followed gives nothing new; others start a curve, which is
+    followed both ways to the edges of the map.
     """
     known: dict[Special, list[Real]] = {"bautin": [], "closing": []}
     for kind, rod, force, omega in _changes(one, data):
@@ -192,8 +190,9 @@ def _spacing(data: xarray.Dataset, one: Map) -> float:
 
 
 def _changes(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, dict[str, float], float, float]]:
-    """Starts for special points: between rods next to each other in x where Re α changes its sign at a threshold, or
-    where two thresholds vanish.
+    """Starts for special points, between rods next to each other in x.
+
+    There Re α changes its sign at a threshold, or two thresholds vanish.
     """
     rods = {n: float(data[n]) if data[n].ndim == 0 else np.nan for n in ("k1", "k2", "gamma3", "gamma1")}
     number, force, omega, alpha = (
@@ -273,7 +272,7 @@ WITNESSES = (
 
 
 def witnesses() -> Iterator[Witness]:
-    """For each kind of region the branch of orbits of the full nonlinear rod, computed beside the prediction."""
+    """For each kind of region a branch of orbits of the full nonlinear rod, beside the prediction."""
     from rodwnl.branches import branch
     from rodwnl.cycles import Rod
 

@@ -1,13 +1,15 @@
 """Thresholds and Landau coefficients of many rods at once, with a status for each rod.
 
-The numbers are those of `rodwnl.landau`, to a relative error of 1e-9; the work is done by `rodwnl.batch_spectrum` and
-`rodwnl.batch_coefficients`, and what float64 cannot settle goes to the exact route, rod by rod.
+The numbers are those of `rodwnl.landau`, to a relative error of 1e-9; the work is done by
+`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what float64 cannot settle goes to the exact
+route, rod by rod.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +29,6 @@ PER_ROD = ("status", "count")
 PER_THRESHOLD = (
     "force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope", "crossing", "residual", "error",
 )  # fmt: skip
-COMPLEX = ("alpha", "beta")
 
 
 class Status(IntEnum):
@@ -43,11 +44,11 @@ class Status(IntEnum):
 class LandauBatch:
     """Results for rods of shape S, up to MOST thresholds each by increasing force: arrays S + (MOST,).
 
-    status, count: S; `Status` and number of thresholds. Entries at and beyond `count` are NaN (crossing: 0).
-    force, omega, alpha, beta, A_tip2_slope, omega_slope: as in `LandauCoefficients`, dimensionless. crossing: +1
-    destabilizing, −1 restabilizing. residual: the largest of |β − dλ/dF|/|β|, with dλ/dF from the characteristic
-    function, and the defects of boundary conditions and force balance. error: estimated relative error of α and β.
-    reasons: flat index of a rod that failed -> why.
+    status, count: S; `Status` and number of thresholds. Entries at and beyond `count` are NaN (crossing:
+    0). force, omega, alpha, beta, A_tip2_slope, omega_slope: as in `LandauCoefficients`, dimensionless.
+    crossing: +1 destabilizing, −1 restabilizing. residual: the largest of |β − dλ/dF|/|β|, with dλ/dF from
+    the characteristic function, and the defects of boundary conditions and force balance. error: estimated
+    relative error of α and β. reasons: flat index of a rod that failed -> why.
     """
 
     status: NDArray[np.int8]
@@ -67,12 +68,12 @@ class LandauBatch:
 def landau_batch(
     k1: ArrayLike, k2: ArrayLike, gamma3: ArrayLike, gamma1: ArrayLike = 0.5, max_force: float | None = None
 ) -> LandauBatch:
-    """Every Hopf threshold of the leading eigenvalue in 0 <= F <= max_force, with α and β (default: min(k1, 400)).
+    """Every Hopf threshold of the leading eigenvalue up to max_force (default min(k1, 400)), with α and β.
 
-    k1, k2, gamma3, gamma1: of any shapes that broadcast. A rod that cannot be computed, or whose parameters are not
-    finite and positive, has the status FAILED and a reason; the others are not affected. A rod's numbers do not depend
-    on the rods beside it. Raises InputError for shapes that do not broadcast, for what are not real numbers, and
-    for a max_force that is not positive.
+    k1, k2, gamma3, gamma1: of any shapes that broadcast. A rod that cannot be computed, or whose parameters
+    are not finite and positive, has the status FAILED and a reason; the others are not affected. A rod's
+    numbers do not depend on the rods beside it. Raises InputError for shapes that do not broadcast, for
+    what are not real numbers, and for a max_force that is not positive.
     """
     try:
         arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (k1, k2, gamma3, gamma1)))
@@ -84,7 +85,7 @@ def landau_batch(
         raise InputError(f"max_force is {max_force}, but it must be positive and finite")
     flat = tuple(np.ravel(x) for x in arrays)
     chunks = [slice(i, i + CHUNK) for i in range(0, flat[0].size, CHUNK)] or [slice(0)]
-    parts = [_chunk((*(x[part] for x in flat),), max_force) for part in chunks]
+    parts = [_chunk((flat[0][p], flat[1][p], flat[2][p], flat[3][p]), max_force) for p in chunks]
     reasons = {
         part.start + i: why for part, got in zip(chunks, parts, strict=True) for i, why in got.reasons.items()
     }
@@ -106,6 +107,8 @@ def _chunk(parameters: tuple[Real, Real, Real, Real], max_force: float | None) -
     for i in np.flatnonzero(~usable).tolist():
         _refuse(out, i, "k1, k2, gamma3, gamma1 must be finite and positive")
     rods = np.flatnonzero(usable)
+    if not rods.size:
+        return out
     k1, k2, gamma3, gamma1 = (p[rods] for p in parameters)
     # What is not finite is found below by tests that it fails, and goes to the exact route.
     with np.errstate(all="ignore"):
@@ -137,13 +140,15 @@ def _chunk(parameters: tuple[Real, Real, Real, Real], max_force: float | None) -
 
 
 def _empty(count: int) -> LandauBatch:
-    def blank(kind: str) -> NDArray[np.complex128]:
+    def blank(kind: type) -> Any:
         return np.full((count, MOST), np.nan, dtype=kind)
 
     return LandauBatch(
         status=np.zeros(count, dtype=np.int8), count=np.zeros(count, dtype=np.int8),
-        crossing=np.zeros((count, MOST), dtype=np.int8), reasons={},
-        **{name: blank("c16" if name in COMPLEX else "f8") for name in PER_THRESHOLD if name != "crossing"},
+        force=blank(float), omega=blank(float), alpha=blank(complex), beta=blank(complex),
+        A_tip2_slope=blank(float), omega_slope=blank(float),
+        crossing=np.zeros((count, MOST), dtype=np.int8),
+        residual=blank(float), error=blank(float), reasons={},
     )  # fmt: skip
 
 

@@ -2,10 +2,10 @@
 
 What `rodwnl.modes` and `rodwnl.coefficients` do for one rod, arranged so that nothing is solved rod by rod:
 
-* Gauss–Legendre nodes are symmetric, u_i + u_{N+1−i} = 1, so of each exponent only e^{−ru} at the nodes is needed: read
-  backwards it is e^{r(u−1)}. The conjugate of the adjoint mode has the same exponents and uses the same numbers.
-* The second-order problem (k1 + cT) w = f, T = ∫₀ᵘ∫ᵤ¹, is diagonal in the eigenvectors of T, which belong to a fixed
-  symmetric matrix (`Basis`): X2 costs two products with real matrices.
+* Gauss–Legendre nodes are symmetric, u_i + u_{N+1−i} = 1, so of each exponent only e^{−ru} at the nodes is
+  needed: read backwards it is e^{r(u−1)}. The conjugate of the adjoint mode has the same exponents.
+* The second-order problem (k1 + cT) w = f, T = ∫₀ᵘ∫ᵤ¹, is diagonal in the eigenvectors of T, which are those
+  of a fixed symmetric matrix (`Basis`): X2 costs two products with real matrices.
 * Every indefinite integral is a product with one real matrix, for all rods at once.
 """
 
@@ -32,9 +32,10 @@ ROUNDING = 16  # rounding errors of an integrand, in units of EPS: twice what wa
 class Basis:
     """N nodes u with weights (N,), and matrices (N, N) that act on rows.
 
-    f @ to_tip is ∫ᵤ¹ f, and ((f @ forth) * values) @ back is Tf = ∫₀ᵘ∫ᵤ¹ f. The nodes integrate the product of two
-    polynomials of degree < N exactly, so integration by parts holds: with A = ∫₀ᵘ and W = diag(weights),
-    W∫ᵤ¹ = AᵀW. Hence T = A W⁻¹AᵀW, and W^½ T W^−½ is symmetric and positive: its eigenvectors are orthogonal.
+    f @ to_tip is ∫ᵤ¹ f, and ((f @ forth) * values) @ back is Tf = ∫₀ᵘ∫ᵤ¹ f. The nodes integrate the product
+    of two polynomials of degree < N exactly, so integration by parts holds: with A = ∫₀ᵘ and W =
+    diag(weights), W∫ᵤ¹ = AᵀW. Hence T = A W⁻¹AᵀW, and W^½ T W^−½ is symmetric and positive: its
+    eigenvectors are orthogonal.
     """
 
     u: Real
@@ -60,9 +61,10 @@ def basis(count: int) -> Basis:
 class Coefficients:
     """alpha, beta (m,), and what is known about them.
 
-    residual (m,): the largest of three relative defects: the boundary conditions of the mode and of the adjoint, of
-    which three of four were used, and P2(0) = k1 X2'(0), the law of the axial force, which comes from the balance of
-    forces. rounding (m,): estimated relative rounding error of α and β, from the cancellation in their integrals.
+    residual (m,): the largest of three relative defects: the boundary conditions of the mode and of the
+    adjoint, of which three of four were used, and P2(0) = k1 X2'(0), the law of the axial force, which
+    comes from the balance of forces. rounding (m,): estimated relative rounding error of α and β, from the
+    cancellation in their integrals.
     """
 
     alpha: Complex
@@ -86,9 +88,9 @@ def coefficients(parameters: tuple[Real, Real, Real, Real], force: Real, omega: 
         same = np.flatnonzero(counts == count)
         size = max(BLOCK // count, 1)
         for part in (same[i : i + size] for i in range(0, len(same), size)):
-            columns = [p[part, None] for p in (*parameters, force, omega)]
+            rod = k1[part, None], k2[part, None], gamma3[part, None], gamma1[part, None]
             alpha[part], beta[part], residual[part], rounding[part] = _evaluate(
-                *columns, r[part], basis(count)
+                *rod, force[part, None], omega[part, None], r[part], basis(count)
             )
     return Coefficients(alpha, beta, residual, rounding)
 
@@ -147,12 +149,13 @@ def _evaluate(
 def _amplitudes(
     column: Callable[..., Any], r: Complex, end: Complex, lam: Complex, k1: Real, k2: Real, force: Real
 ) -> tuple[Complex, Complex, Real]:
-    """(tip, clamp), (m, 2) each, of Y = Σ tip e^{r(u−1)} + clamp e^{−ru} with Y(1) = 1; and the largest relative defect of
-    the conditions at the tip, one of which is not used.
+    """(tip, clamp), (m, 2) each, of Y = Σ tip e^{r(u−1)} + clamp e^{−ru} with Y(1) = 1, and a defect.
 
-    With θ = Θ/Y, odd in r, the conditions Σ (tip e^{−r} + clamp) = 0 and Σ θ (tip e^{−r} − clamp) = 0 at the clamp give
-    clamp = M tip. Of the two at the tip the one with the larger coefficients gives the ratio of its two amplitudes:
-    as Re r → ∞ nothing cancels.
+    The defect is the larger relative one of the two conditions at the tip, one of which is not used.
+
+    With θ = Θ/Y, odd in r, the conditions Σ (tip e^{−r} + clamp) = 0 and Σ θ (tip e^{−r} − clamp) = 0 at
+    the clamp give clamp = M tip. Of the two at the tip the one with the larger coefficients gives the ratio
+    of its two amplitudes: as Re r → ∞ nothing cancels.
     """
     (t1, t2), (e1, e2) = column(r, end, lam, k1, k2, force)[1].T, end.T
     M = np.array([[(t1 + t2) * e1, 2 * t2 * e2], [-2 * t1 * e1, -(t1 + t2) * e2]]) / (t1 - t2)

@@ -1,12 +1,13 @@
-"""Hopf thresholds of the straight rod for many rods at once: a closed characteristic function, counts, Newton.
+"""Hopf thresholds of many straight rods at once: a closed characteristic function, counts, Newton.
 
-For one rod `rodwnl.spectrum` finds thresholds from the eigenvalues of an operator. For many rods that is too slow, so
-here everything is read off one analytic function of the force F and the eigenvalue λ (`characteristic`). On a line
-F = const its phase along the imaginary axis counts the unstable pairs (`Lines`); between neighbouring lines the pair that
-may cross is followed, and where an interval is not understood a line is put into its middle (`thresholds`).
+For one rod `rodwnl.spectrum` finds thresholds from the eigenvalues of an operator. For many rods that is
+too slow, so here everything is read off one analytic function of the force F and the eigenvalue λ
+(`characteristic`). On a line F = const its phase along the imaginary axis counts the unstable pairs
+(`Lines`); between neighbouring lines the pair that may cross is followed, and where an interval is not
+understood a line is put into its middle (`thresholds`).
 
-Arrays of one shape throughout: n rods, or n lines, each with its own rod. Lengths in L, times in γ2 L⁴/k3, forces in
-k3/L²; ν = 1 − F/k1, μ = k2 ν + F. The linear problem does not contain γ1.
+Arrays of one shape throughout: n rods, or n lines, each with its own rod. Lengths in L, times in γ2 L⁴/k3,
+forces in k3/L²; ν = 1 − F/k1, μ = k2 ν + F. The linear problem does not contain γ1.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from rodwnl import kernels
 
 Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any, Any]]
 Index = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 Rods = tuple[Any, Any, Any]  # k1, k2, gamma3: arrays, or jets
@@ -30,7 +31,7 @@ R = TypeVar("R", bound="Rows")
 FIRST_LINES = 11  # of the scan in the force, at Fmax (m/10)²
 POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
-BLOCK = 2048  # points of lines, or of jets: temporary arrays of 32 kB are reused by the allocator, larger ones are not
+BLOCK = 2048  # points of lines, or 4 of jets: the allocator reuses temporary arrays of 32 kB, not larger ones
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
 WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integer; the value if it is none
@@ -45,7 +46,7 @@ ROUGHLY, CONVERGED = 1e-4, 1e-11  # a relative step that leaves an error of abou
 
 @dataclass(frozen=True, slots=True)
 class Jet:
-    """A function of some variables, such as F and λ, at n points: its value (n,) and its derivatives (variables, n)."""
+    """A function of some variables, such as F and λ, at n points: value (n,) and slopes (variables, n)."""
 
     value: Any
     slopes: Any
@@ -65,7 +66,7 @@ class Jet:
         return Jet(self.value - other, self.slopes)
 
     def __rsub__(self, other: Any) -> Jet:
-        return -self + other
+        return Jet(other - self.value, -self.slopes)
 
     def __mul__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
@@ -74,7 +75,7 @@ class Jet:
 
     def __truediv__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return self * (1 / other)
+            return Jet(self.value / other, self.slopes / other)
         inverse = 1 / other.value
         quotient = self.value * inverse
         return Jet(quotient, (self.slopes - quotient * other.slopes) * inverse)
@@ -116,13 +117,14 @@ class Characteristic:
 def characteristic(rods: Rods, force: Any, lam: Any) -> Characteristic:
     """D(F, λ), zero exactly at the eigenvalues; real on the real axis, positive at λ = 0. Arrays or jets.
 
-    With z = r² the exponents obey z² − s z + p = 0. Written in cosh r u and sinh r u the four boundary conditions
-    have the determinant, up to a factor that never vanishes on the imaginary axis,
+    With z = r² the exponents obey z² − s z + p = 0. Written in cosh r u and sinh r u the four boundary
+    conditions have the determinant, up to a factor that never vanishes on the imaginary axis,
 
         λ(z1 − z2)² D = cosh r1 cosh r2 (a1² b2 + a2² b1) − (sinh r1 sinh r2)/(r1 r2) a1 a2 (b1 z2 + b2 z1)
                         − a1 a2 (b1 + b2),        a = k2 z − λ ~ Θ,    b = F z + νλ ~ H.
 
-    Its symmetric functions of z1, z2 need no roots; the roots z1 ≠ z2 are distinct there (paper: eq:linearization).
+    Its symmetric functions of z1, z2 need no roots; the roots z1 ≠ z2 are distinct there (paper:
+    eq:linearization).
     """
     k1, k2, gamma3 = rods
     nu = 1 - force * (1 / k1)
@@ -159,7 +161,7 @@ def exponents(rods: Rods, force: Real, omega: Real) -> Complex:
     """(n, 2): r1, r2 of e^{±ru} at λ = iω, with positive real parts."""
     c4, c2, c0 = kernels.exponent_polynomial(1j * omega, *rods, force)
     s, p = -c2 / c4, c0 / c4
-    return np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1))
+    return np.asarray(np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1)))
 
 
 def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
@@ -170,7 +172,7 @@ def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Comple
         part = slice(i, i + BLOCK // 4)
         at = Jet(force[part], by_force), Jet(lam[part], by_lam)
         value: Jet = characteristic(_rods_at(rods, part), *at).scaled
-        D[part], D_F[part], D_lam[part] = value.value, *value.slopes
+        D[part], D_F[part], D_lam[part] = value.value, value.slopes[0], value.slopes[1]
     return D, D_F, D_lam
 
 
@@ -204,9 +206,9 @@ def joined(parts: Sequence[R]) -> R:
 class Lines(Rows):
     """n lines F = const of given rods.
 
-    rod (n,): which rod. force (n,). pairs (n,): number of unstable pairs. near (n,): whether the pair of `guess` is
-    close to the axis. guess (n,): approximate λ of the least stable pair of a stable line, else of an unstable pair;
-    NaN where it is not known.
+    rod (n,): which rod. force (n,). pairs (n,): number of unstable pairs. near (n,): whether the pair of
+    `guess` is close to the axis. guess (n,): approximate λ of the least stable pair of a stable line, else
+    of an unstable pair; NaN where it is not known.
     """
 
     rod: Index
@@ -245,9 +247,9 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
 class Phase(Rows):
     """What the phase of D shows on n lines; see `Lines`.
 
-    lost (n,): the pair of `guess`, between ω = low and ω = high, is so close to the axis that its turn has no
-    reliable sign. counted (n,): whether it was counted as unstable. other, other_near (n,): as guess and near, of the
-    most nearly unstable of the other pairs.
+    lost (n,): the pair of `guess`, between ω = low and ω = high, is so close to the axis that its turn has
+    no reliable sign. counted (n,): whether it was counted as unstable. other, other_near (n,): as guess and
+    near, of the most nearly unstable of the other pairs.
     """
 
     pairs: Index
@@ -265,14 +267,14 @@ def _highest(rods: Rods, force: Real) -> Real:
     """The wave number at which a line ends: beyond it D is its dominant term."""
     k1, k2, _ = rods
     nu = 1 - force / k1
-    return np.maximum(8.0, 1.5 * np.sqrt((nu + force / k2) * force))
+    return np.asarray(np.maximum(8.0, 1.5 * np.sqrt((nu + force / k2) * force)))
 
 
 def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by 2π a pair.
 
-    The points lie at the wave numbers q of ω = k2 q⁴/(μν + q²(1 + k2γ3)), about the rate at which a wave of number
-    q decays: every rod has its thresholds near q = 3, its further crossings between 4 and 2√(μF/k2).
+    The points lie at the wave numbers q of ω = k2 q⁴/(μν + q²(1 + k2γ3)), about the rate at which a wave of
+    number q decays: every rod has its thresholds near q = 3, its further crossings between 4 and 2√(μF/k2).
     """
     k1, k2, gamma3 = (x[:, None] for x in rods)
     F = force[:, None]
@@ -289,7 +291,7 @@ def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
     pairs = np.where(np.abs(shortfall / (2 * np.pi) - pairs) < WHOLE, pairs, UNKNOWN).astype(int)
 
     def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
-        """The pair that makes D turn after this point, from D's secant there; the turn, and ω on both sides."""
+        """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
         before, after, low, high = (x[row, at + k] for x in (D.scaled, omega) for k in (0, 1))
         return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
 
@@ -303,7 +305,7 @@ def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
 
 
 def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
-    """Roughly the eigenvalue near the guess at this force and dλ/dF, by Newton's method; NaN where it does not settle."""
+    """Roughly the eigenvalue near the guess at a force, and dλ/dF, by Newton's method; NaN if it is lost."""
     lam, slope = np.full((2, len(force)), np.nan + 0j)
     active = np.flatnonzero(_plausible(guess))
     here = guess[active]
@@ -337,8 +339,8 @@ def _rods_at(rods: Rods, which: Any) -> Rods:
 class Crossings:
     """Thresholds of the leading eigenvalue, ordered by rod and force; and the rods that were not understood.
 
-    rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton step of
-    (F, ω), relative. undecided: indices of rods on which intervals were left open.
+    rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton
+    step of (F, ω), relative. undecided: indices of rods on which intervals were left open.
     """
 
     rod: Index
@@ -352,9 +354,9 @@ class Crossings:
 def thresholds(rods: Rods, max_force: Real) -> Crossings:
     """Every crossing of the imaginary axis by the leading pair in (0, max_force], for n rods of shape (n,).
 
-    An interval between two lines is understood when the pair that might cross in it, followed from one end to the
-    other, keeps its side by a margin or crosses once, and the counts at the ends say the same. Otherwise it is
-    halved. Where two pairs or more are unstable at both ends no pair is followed.
+    An interval between two lines is understood when the pair that might cross in it, followed from one end
+    to the other, keeps its side by a margin or crosses once, and the counts at the ends say the same.
+    Otherwise it is halved. Where two pairs or more are unstable at both ends no pair is followed.
     """
     count = len(max_force)
     rod, parts = np.arange(count), np.linspace(0, 1, FIRST_LINES)[1:] ** 2
@@ -392,8 +394,8 @@ def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...
     understood = (fewest > 0) | (most < 2)
     lam, slope = np.full((2, len(most)), np.nan + 0j)
     for start, end in ((left, right), (right, left)):
-        # The pair that crosses is followed from where it is unstable. Any other near the axis must be seen to keep
-        # its side; an unstable one only if it is the only one.
+        # The pair that crosses is followed from where it is unstable. Any other near the axis must be seen
+        # to keep its side; an unstable one only if it is the only one.
         asked = np.where(crosses, start.pairs == 1, start.near & (start.pairs < 2))
         i = np.flatnonzero(asked & understood)
         understood[i], lam[i], slope[i] = _understood(rods, start[i], end[i], crosses[i])
@@ -403,8 +405,9 @@ def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...
 
 
 def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Mask, Complex, Complex]:
-    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once; the pair at the
-    start with its slope.
+    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once.
+
+    Also the pair at the start, and its slope.
     """
     here, step = _rods_at(rods, start.rod), end.force - start.force
     lam, slope = follow(here, start.force, start.guess)
@@ -423,8 +426,9 @@ def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Ma
 def _crossings(
     rods: Rods, left: Lines, right: Lines, lam: Complex, slope: Complex
 ) -> tuple[Mask, tuple[Any, ...]]:
-    """Newton's method for D(F, iω) = 0, F and ω real, on intervals that hold one crossing each, of the pair that has this
-    λ and slope where it is unstable.
+    """Newton's method for D(F, iω) = 0, F and ω real, on intervals that hold one crossing each.
+
+    lam, slope: of the pair that crosses, at the end where it is unstable.
 
     With dλ/dF = −D_F/D_λ:  D + D_F dF + i D_λ dω = 0  is  (dλ/dF) dF − i dω = D/D_λ.
     """

@@ -1,28 +1,31 @@
 """Curves of Hopf thresholds as a parameter of the rod varies, and the special points on them.
 
-A threshold is D(F, iω) = 0, two real equations for F, ω and a parameter p, so thresholds lie on curves in (p, F, ω).
-They are followed by pseudo-arclength, hence through the points where they turn back. Special points:
+A threshold is D(F, iω) = 0, two real equations for F, ω and a parameter p, so thresholds lie on curves in
+(p, F, ω). They are followed by pseudo-arclength, hence through the points where they turn back. Special
+points:
 
     bautin     Re α = 0: the flutter changes from super- to subcritical
     closing    Re β = 0: two thresholds of the same pair meet, and the window between them closes
     double     a second pair is on the imaginary axis at the same force
 
-Each of the first two is one more equation, a double point two more with one more unknown: with a second parameter they
-lie on curves themselves (`special_curve`). Unknowns are logarithms, so that steps and errors are relative.
+Each of the first two is one more equation, a double point two more with one more unknown: with a second
+parameter they lie on curves themselves (`special_curve`). Unknowns are logarithms, so that steps and errors
+are relative.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
 from rodwnl.batch_coefficients import Coefficients, coefficients
 from rodwnl.batch_spectrum import Complex, Index, Real, gradient, lines
-from rodwnl.continuation import ConvergenceError, Point, advance, correct, locate, solve_at
-from rodwnl.errors import ComputationError, InputError
+from rodwnl.continuation import ConvergenceError, Point, advance, locate, solve_at
+from rodwnl.errors import ComputationError
 from rodwnl.inverse import leading_eigenvalues
 
 Kind = Literal["bautin", "closing", "double"]
@@ -70,7 +73,7 @@ class Equations:
 
     def linearised(self, X: Real) -> tuple[Real, Real]:
         rods, force, omegas = self.at(X[:, None])
-        if not 0 < force[0] < rods[0, 0]:
+        if _outside(force[0], rods[0, 0]):
             raise ConvergenceError(f"the iteration left 0 < force < k1, to force {force[0]:.6g}")
         residuals, slopes = [], []
         for i, omega in enumerate(omegas):
@@ -105,10 +108,16 @@ class Equations:
         return coefficients((k1, k2, gamma3, gamma1), force, omegas[0])
 
 
+def _outside(force: float, k1: float) -> bool:
+    """Whether there is no straight rod at this force."""
+    return not 0 < force < k1
+
+
 @dataclass(frozen=True)
 class SpecialPoint:
-    """rod: (k1, k2, gamma3, gamma1). omega2: of the second pair, at a double point. error: estimated relative error of the
-    varied parameter, force and ω.
+    """A special point: rod is (k1, k2, gamma3, gamma1), omega2 the second pair's, at a double point.
+
+    error: estimated relative error of the varied parameter, force and ω.
     """
 
     type: Kind
@@ -123,8 +132,10 @@ class SpecialPoint:
 
 @dataclass(frozen=True)
 class Curve:
-    """n points of a curve: rods (4, n), force, omega, alpha, beta (n,); others (n,): unstable pairs beside the critical one;
-    omega2 (n,) on a curve of double points. end: why it ends, in words.
+    """n points of a curve: rods (4, n), force, omega, alpha, beta (n,).
+
+    omega2 (n,): on a curve of double points. others (n,): number of unstable pairs beside the critical one.
+    end: why it ends, in words.
     """
 
     vary: tuple[str, ...]
@@ -141,10 +152,10 @@ class Curve:
 def threshold_curve(
     rod: tuple[float, float, float, float], name: str, start: tuple[float, float], stop: float
 ) -> tuple[Curve, tuple[SpecialPoint, ...]]:
-    """The curve through the threshold `start` = (force, ω) of this rod as the parameter `name` goes towards `stop`.
+    """The curve from the threshold `start` = (force, ω) of this rod as its parameter `name` goes to `stop`.
 
-    It ends where the parameter is at `stop` or, having turned back, where it was at the start; where the force comes to
-    0 or k1; or after MOST_POINTS. Raises ComputationError where it cannot be followed.
+    It ends where the parameter is at `stop` or, having turned back, where it was at the start; where the
+    force comes to 0 or k1; or after MOST_POINTS. Raises ComputationError where it cannot be followed.
     """
     index = NAMES.index(name)
     system = Equations(rod, (index,))
@@ -158,7 +169,7 @@ def threshold_curve(
 
 
 def special_curve(point: SpecialPoint, vary: tuple[str, str], stop: float) -> Curve:
-    """The curve of such points in the plane of two parameters, from this one until the second parameter is at `stop`."""
+    """The curve of such points in a plane, from this one until the second parameter is at `stop`."""
     indices = tuple(NAMES.index(name) for name in vary)
     kind = point.type
     system = Equations(point.rod, indices, None if kind == "double" else kind, 2 if kind == "double" else 1)
@@ -175,7 +186,7 @@ def special_curve(point: SpecialPoint, vary: tuple[str, str], stop: float) -> Cu
 def special_point(
     kind: Special, rod: tuple[float, float, float, float], name: str, force: float, omega: float
 ) -> SpecialPoint:
-    """The special point near this (force, ω) as the parameter `name` of the rod is free. Raises ComputationError."""
+    """The special point near this (force, ω), the parameter `name` being free. Raises ComputationError."""
     system = Equations(rod, (NAMES.index(name),), kind)
     X = np.log([rod[system.vary[0]], force, omega])
     for _ in range(MOST_STEPS):
@@ -232,8 +243,8 @@ def _curve(system: Equations, points: list[Point], vary: tuple[str, ...], end: s
 
 
 def _special_points(system: Equations, points: list[Point], curve: Curve) -> Iterator[SpecialPoint]:
-    """Between neighbouring points where Re α or Re β changes its sign, or the number of other unstable pairs."""
-    for i, (point, after) in enumerate(zip(points, points[1:], strict=False)):
+    """Between neighbouring points where Re α or Re β changes its sign, or the number of other pairs."""
+    for i, (point, after) in enumerate(pairwise(points)):
         kinds: list[tuple[Special, Complex]] = [("bautin", curve.alpha), ("closing", curve.beta)]
         for kind, numbers in kinds:
             if numbers[i].real * numbers[i + 1].real < 0:
@@ -245,7 +256,7 @@ def _special_points(system: Equations, points: list[Point], curve: Curve) -> Ite
 
 
 def _placed(system: Equations, kind: Special, point: Point, after: Point) -> SpecialPoint | None:
-    """The point where Re α or Re β vanishes; None where it changes its sign otherwise (α through infinity)."""
+    """The point where Re α or Re β vanishes; None where it changes its sign through infinity."""
 
     def event(p: Point) -> float:
         return float(system.event(p.X[:, None], kind)[0])

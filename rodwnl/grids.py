@@ -59,9 +59,9 @@ class Block:
 class Grid:
     """Rods of shape `shape`, along the dimensions `dims`.
 
-    Of a full grid the dimensions are the parameters with more than one value, in the order k1, k2, gamma3, gamma1; of a
-    sampling there is one, `rod`. values: per parameter its values, (), (length of its dimension,) or (rods,).
-    description: what identifies the grid, as JSON.
+    Of a full grid the dimensions are the parameters with more than one value, in the order k1, k2, gamma3,
+    gamma1; of a sampling there is one, `rod`. values: per parameter its values, (), (length of its
+    dimension,) or (rods,). description: what identifies the grid, as JSON.
     """
 
     dims: tuple[str, ...]
@@ -75,7 +75,7 @@ class Grid:
         return prod(self.shape)
 
     def blocks(self, most: int) -> Iterator[Block]:
-        """The grid in blocks of at most `most` rods, in C order; a block is full along its later dimensions."""
+        """The grid in blocks of at most `most` rods, in C order; a block is whole along later dimensions."""
         block = list(self.block_shape(most))
         counts = [ceil(n / b) for n, b in zip(self.shape, block, strict=True)]
         for number in np.ndindex(*counts):
@@ -133,13 +133,14 @@ def grid(content: dict[str, Any]) -> Grid:
     description = json.dumps(described, default=str)
     if sampling:
         return _sample(axes, sampling, max_force, description)
-    values = {
-        name: np.array(axis) if isinstance(axis, float) else _points(axis) for name, axis in axes.items()
-    }
+    size = prod(axis.points if isinstance(axis, Range) else np.size(axis) for axis in axes.values())
+    if size > MOST_RODS:
+        raise InputError(f"the grid has {size} rods, more than {MOST_RODS}: coarsen it or cut it in parts")
+    values = {name: _points(axis) for name, axis in axes.items()}
     dims = tuple(name for name in NAMES if values[name].ndim)
     if not dims:
         values["k1"], dims = values["k1"].reshape(1), ("k1",)
-    return _checked(Grid(dims, tuple(len(values[name]) for name in dims), values, max_force, description))
+    return Grid(dims, tuple(len(values[name]) for name in dims), values, max_force, description)
 
 
 @dataclass(frozen=True)
@@ -160,8 +161,8 @@ class Range:
 Axis = float | list[float] | Range
 
 
-def _points(axis: list[float] | Range) -> Real:
-    if isinstance(axis, list):
+def _points(axis: Axis) -> Real:
+    if not isinstance(axis, Range):
         return np.array(axis)
     values = axis.at(np.linspace(0, 1, axis.points))
     values[0] = axis.low  # exactly, whatever the logarithm does
@@ -201,10 +202,10 @@ def _axis(name: str, table: Any, sampled: bool) -> Axis:
     if sampled:
         if "points" in table:
             raise InputError(f"[{name}] points does not go with [sampling], which has its own")
-        return Range(kind, *numbers, points=0)
+        return Range(kind, numbers[0], numbers[1], points=0)
     if "points" not in table:
         raise InputError(f"[{name}] {kind} also needs points")
-    return Range(kind, *numbers, points=_whole(f"[{name}] points", table["points"]))
+    return Range(kind, numbers[0], numbers[1], _whole(f"[{name}] points", table["points"]))
 
 
 def _sampling(table: Any) -> dict[str, Any]:
@@ -243,14 +244,6 @@ def _sample(
     values = {name: np.array(axis) for name, axis in axes.items() if not isinstance(axis, Range)}
     values |= {name: axis.at(unit[:, i]) for i, (name, axis) in enumerate(free.items())}
     return Grid(("rod",), (points,), values, max_force, description)
-
-
-def _checked(grid: Grid) -> Grid:
-    if grid.size > MOST_RODS:
-        raise InputError(
-            f"the grid has {grid.size} rods, more than {MOST_RODS}: coarsen it or cut it in parts"
-        )
-    return grid
 
 
 def _whole(name: str, value: Any, least: int = 1) -> int:

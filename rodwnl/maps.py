@@ -1,4 +1,4 @@
-"""The figures of the atlas: regions, criticality of lower and upper thresholds, and special curves in one plane."""
+"""The figures of the atlas: regions, criticality of thresholds, and special curves in one plane."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ LABELS = {"k1": "stretch stiffness k1", "k2": "shear stiffness k2", "gamma3": "r
 # colours told apart by hue and by lightness
 NONE, SUPER, SUB, ABSENT = "#e6e6e6", "#2a6f97", "#e8a33d", "#ffffff"
 SHADES = ("#e6e6e6", "#8fb8d0", "#2a6f97", "#123047", "#000000")
-LINES = {"bautin": {"color": "#c8102e", "linestyle": "-"}, "closing": {"color": "#111111", "linestyle": "--"}}
+LINES: dict[str, dict[str, Any]] = {
+    "bautin": {"color": "#c8102e", "linestyle": "-"},
+    "closing": {"color": "#111111", "linestyle": "--"},
+}
 NAMES = {"bautin": "Re α = 0 (Bautin)", "closing": "Re β = 0 (closing)"}
 
 
@@ -67,8 +70,8 @@ def _classes(panel: Any, data: Any, one: Any, classes: Any, colors: tuple[str, .
     from matplotlib.colors import ListedColormap
 
     panel.pcolormesh(
-        data[one.x], data[one.y], classes, cmap=ListedColormap(list(colors)), vmin=-0.5, vmax=len(colors) - 0.5,
-        shading="nearest", rasterized=True,
+        data[one.x], data[one.y], classes, cmap=ListedColormap(list(colors)),
+        vmin=-0.5, vmax=len(colors) - 0.5, shading="nearest", rasterized=True,
     )  # fmt: skip
 
 

@@ -1,9 +1,9 @@
 """Sweeps: thresholds and Landau coefficients of all rods of a grid, in one described file.
 
-The grid is cut into blocks. Each finished block is put into a folder beside the output by one rename, and when all are
-there the output is put together from them, in their order, and renamed into place. So a sweep that was killed at any
-moment goes on with the blocks that are missing, and what comes out does not depend on whether it was, nor on how many
-workers there were.
+The grid is cut into blocks. Each finished block is put into a folder beside the output by one rename, and
+when all are there the output is put together from them, in their order, and renamed into place. So a sweep
+that was killed at any moment goes on with the blocks that are missing, and what comes out does not depend
+on whether it was, nor on how many workers there were.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,12 +43,12 @@ VARIABLES = {
     "count": ("i1", "1", "number of Hopf thresholds of the leading eigenvalue in the range searched"),
     "force": ("f8", "k3 L-2", "follower force F_c at the threshold"),
     "omega": ("f8", "k3 gamma2-1 L-4", "frequency at the threshold"),
-    "alpha_re": ("f8", "k3 gamma2-1 L-6", "real part of alpha in dA/dt = alpha |A|^2 A + beta (F - F_c) A, Y(1) = 1"),
+    "alpha_re": ("f8", "k3 gamma2-1 L-6", "real part of alpha; dA/dt = alpha |A|^2 A + beta (F - F_c) A"),
     "alpha_im": ("f8", "k3 gamma2-1 L-6", "imaginary part of alpha"),
-    "beta_re": ("f8", "gamma2-1 L-2", "real part of beta, the slope d lambda/d force of the leading eigenvalue"),
+    "beta_re": ("f8", "gamma2-1 L-2", "real part of beta, the slope of the leading eigenvalue in the force"),
     "beta_im": ("f8", "gamma2-1 L-2", "imaginary part of beta"),
-    "A_tip2_slope": ("f8", "k3-1 L4", "slope of the squared tip amplitude in the force, at onset of the branch"),
-    "omega_slope": ("f8", "gamma2-1 L-2", "slope of the frequency in the force, at onset of the branch"),
+    "A_tip2_slope": ("f8", "k3-1 L4", "slope of the squared tip amplitude in the force, at onset"),
+    "omega_slope": ("f8", "gamma2-1 L-2", "slope of the frequency in the force, at onset"),
     "crossing": ("i1", "1", "+1 destabilizing, -1 restabilizing, 0 no threshold"),
     "residual": ("f8", "1", "largest relative residual of threshold, modes and corrections"),
     "error": ("f8", "1", "estimated relative error of alpha and beta"),
@@ -93,10 +93,10 @@ def sweep(
 ) -> None:
     """Compute all rods of the grid and write them to `out`, a .nc file or a .zarr folder.
 
-    workers: processes on this machine (default: one a core), or scheduler: the address of a Dask scheduler. resume: go
-    on with what an earlier run of the same grid left; overwrite: begin anew. Raises InputError before any work where
-    the output cannot be written, exists already, or was made by another grid or version; ComputationError where
-    workers keep dying.
+    workers: processes on this machine (default: one a core), or scheduler: the address of a Dask scheduler.
+    resume: go on with what an earlier run of the same grid left; overwrite: begin anew. Raises InputError
+    before any work where the output cannot be written, exists already, or was made by another grid or
+    version; ComputationError where workers keep dying.
     """
     plan = prepare(grid, out, resume=resume, overwrite=overwrite)
     if out.exists():
@@ -109,7 +109,7 @@ def sweep(
     results = _on_dask(tasks, scheduler) if scheduler else _on_this_machine(tasks, workers or _cores())
     for number, values in results:
         with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
-            np.savez(file, **values)
+            np.savez(file, **cast(Any, values))
         done += _size(blocks[number])
         progress(done, grid.size)
     (_to_zarr if out.suffix == ".zarr" else _to_netcdf)(plan)
@@ -183,8 +183,8 @@ def _require_same(plan: Plan, found: dict[str, str]) -> None:
     for name, value in plan.provenance.items():
         if found.get(name) != value:
             raise InputError(
-                f"{plan.out} cannot be resumed: its {name.replace('_', ' ')} differs, there {found.get(name)}, here {value}; "
-                f"give --overwrite to begin anew"
+                f"{plan.out} cannot be resumed: its {name.replace('_', ' ')} differs, "
+                f"there {found.get(name)}, here {value}; give --overwrite to begin anew"
             )
 
 
@@ -205,7 +205,8 @@ def _size(block: Block) -> int:
 
 def compute(rods: tuple[Real, ...], max_force: float | None) -> Values:
     """The variables for one block of rods; and its failures, as JSON: flat index in the block -> why."""
-    batch = landau_batch(*rods, max_force=max_force)
+    k1, k2, gamma3, gamma1 = rods
+    batch = landau_batch(k1, k2, gamma3, gamma1, max_force)
     values: Values = {name: getattr(batch, name) for name in VARIABLES if hasattr(batch, name)}
     for name in ("alpha", "beta"):
         numbers = getattr(batch, name)
@@ -217,7 +218,7 @@ Task = tuple[int, tuple[Real, ...], float | None]
 
 
 def _on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int, Values]]:
-    """Results as they come, from a pool of processes; blocks of workers that were killed are computed again."""
+    """Results as they come, from a pool of processes; what killed workers had is computed again."""
     import multiprocessing
 
     waiting, deaths = iter(tasks), 0
@@ -247,8 +248,8 @@ def _on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int,
                 raise
         if deaths > PATIENCE:
             raise ComputationError(
-                f"worker processes died {deaths} times in a row; is there too little memory for {workers} of them? "
-                f"give fewer --workers and --resume"
+                f"worker processes died {deaths} times in a row; is there too little memory for "
+                f"{workers} of them? give fewer --workers and --resume"
             )
 
 
@@ -336,28 +337,27 @@ def _to_netcdf(plan: Plan) -> None:
     """Block by block, so that memory holds one of them."""
     h5netcdf = require("h5netcdf", "sweep")
     grid, chunk = plan.grid, plan.grid.block_shape(BLOCK)
-    with replacing(plan.out) as temporary:
-        with h5netcdf.File(temporary, "w") as file:
-            file.attrs.update(_title(plan))
-            file.dimensions = dict(zip(grid.dims, grid.shape, strict=True)) | {"threshold": MOST}
-            for name, dims, values, attributes in _coordinates(grid):
-                file.create_variable(name, dims, data=values).attrs.update(attributes)
-            for name, (kind, *_) in VARIABLES.items():
-                own = () if name in ("status", "count") else (MOST,)
-                variable = file.create_variable(
-                    name, grid.dims + (("threshold",) if own else ()), kind, chunks=(*chunk, *own),
-                    compression="gzip", compression_opts=1, shuffle=True,
-                    fillvalue=np.nan if kind == "f8" else None,
-                )  # fmt: skip
-                variable.attrs.update(_attributes_of(name))
-                if grid.dims == ("rod",):
-                    variable.attrs["coordinates"] = " ".join(PARAMETERS)
-            failures: list[tuple[str, str]] = []
-            for block, values in _loaded(plan):
-                for name in VARIABLES:
-                    file[name][block.slices] = values[name]
-                failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
-            file.attrs["failures"] = json.dumps(dict(failures))
+    with replacing(plan.out) as temporary, h5netcdf.File(temporary, "w") as file:
+        file.attrs.update(_title(plan))
+        file.dimensions = dict(zip(grid.dims, grid.shape, strict=True)) | {"threshold": MOST}
+        for name, dims, numbers, attributes in _coordinates(grid):
+            file.create_variable(name, dims, data=numbers).attrs.update(attributes)
+        for name, (kind, *_) in VARIABLES.items():
+            own = () if name in ("status", "count") else (MOST,)
+            variable = file.create_variable(
+                name, grid.dims + (("threshold",) if own else ()), kind, chunks=(*chunk, *own),
+                compression="gzip", compression_opts=1, shuffle=True,
+                fillvalue=np.nan if kind == "f8" else None,
+            )  # fmt: skip
+            variable.attrs.update(_attributes_of(name))
+            if grid.dims == ("rod",):
+                variable.attrs["coordinates"] = " ".join(PARAMETERS)
+        failures: list[tuple[str, str]] = []
+        for block, values in _loaded(plan):
+            for name in VARIABLES:
+                file[name][block.slices] = values[name]
+            failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
+        file.attrs["failures"] = json.dumps(dict(failures))
 
 
 def _to_zarr(plan: Plan) -> None:
@@ -366,8 +366,8 @@ def _to_zarr(plan: Plan) -> None:
     temporary = plan.parts / "whole.zarr"
     shutil.rmtree(temporary, ignore_errors=True)
     root = zarr.open_group(temporary, mode="w", zarr_format=2)
-    for name, dims, values, attributes in _coordinates(grid):
-        array = root.create_array(name, data=np.asarray(values))
+    for name, dims, numbers, attributes in _coordinates(grid):
+        array = root.create_array(name, data=np.asarray(numbers))
         array.attrs.update(attributes | {"_ARRAY_DIMENSIONS": list(dims)})
     for name, (kind, *_) in VARIABLES.items():
         own = () if name in ("status", "count") else (MOST,)

@@ -31,6 +31,4 @@ def command(
     if out.exists() and not out.is_dir():
         raise InputError(f"{out} is not a folder")
     make(out, points, workers, watch=lambda text: print(text, file=sys.stderr))
-    print(
-        f"{out}: maps as .svg and .png, data as .nc, special curves as .csv, counts and witnesses in summary.json"
-    )
+    print(f"{out}: maps (.svg, .png), data (.nc), special curves (.csv), counts and witnesses (summary.json)")

@@ -76,9 +76,7 @@ def _names(text: str) -> list[str]:
     if len(names) > 2 or len(set(names)) < len(names):
         raise InputError(f"--vary is {shown(text)}, but it takes one parameter or two different ones")
     if names[0] == "gamma1":
-        raise InputError(
-            "gamma1 has no influence on thresholds: as the first parameter nothing would turn back; give it second"
-        )
+        raise InputError("gamma1 does not move thresholds: give another parameter first, and gamma1 second")
     return names
 
 
@@ -93,7 +91,7 @@ def _rod(given: dict[str, str | None], varied: dict[str, float]) -> RodParameter
     for name in varied:
         if given[name] is not None:
             raise InputError(f"--{name} is given, but {name} varies: it begins at --from")
-    values = {name: value for name, value in given.items() if value is not None} | varied
+    values: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | varied
     if missing := [name for name in NAMES[:3] if name not in values]:
         raise InputError(f"the rod also needs {' and '.join(f'--{name}' for name in missing)}")
     return RodParameters(**values)
@@ -151,7 +149,8 @@ def _print(
         print("There are no special points on it.")
     for p, followed in curves:
         print(
-            f"The {p.type} point from {names[0]} = {p.rod[NAMES.index(names[0])]:.8g} as {names[1]} varies, until {followed.end}:"
+            f"The {p.type} point from {names[0]} = {p.rod[NAMES.index(names[0])]:.8g} as {names[1]} varies, "
+            f"until {followed.end}:"
         )
         columns = [followed.rods[NAMES.index(name)] for name in followed.vary] + [
             followed.force,

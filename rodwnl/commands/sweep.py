@@ -33,9 +33,9 @@ def command(
 ) -> None:
     """Compute every rod of a grid: all thresholds, alpha, beta, and a status per rod, as netCDF or zarr.
 
-    The grid is a TOML file: a table [k1] with log = [20, 1e6] and points = 100 (or linear, values, value), the
-    same for k2, gamma3, gamma1; with a table [sampling] (method sobol or latin-hypercube, points, seed) rods
-    are drawn from these ranges. A run that was interrupted, even killed, goes on with --resume.
+    The grid is a TOML file: a table [k1] with log = [20, 1e6] and points = 100 (or linear, values, value),
+    the same for k2, gamma3, gamma1; with a table [sampling] (method sobol or latin-hypercube, points, seed)
+    rods are drawn from these ranges. A run that was interrupted, even killed, goes on with --resume.
     """
     from rodwnl.grids import read_grid
     from rodwnl.sweep import sweep
@@ -55,9 +55,8 @@ def command(
             overwrite=overwrite,
             progress=progress,
         )
-    print(
-        f"{path}: {rods.size} rods, {' x '.join(f'{d} {n}' for d, n in zip(rods.dims, rods.shape, strict=True))}"
-    )
+    dimensions = " x ".join(f"{name} {n}" for name, n in zip(rods.dims, rods.shape, strict=True))
+    print(f"{path}: {rods.size} rods, {dimensions}")
 
 
 def _count(text: str) -> int:
@@ -68,7 +67,7 @@ def _count(text: str) -> int:
 
 @contextmanager
 def _progress() -> "Iterator[Progress]":
-    """Rods done, their rate and the time that remains: a bar on a terminal's stderr, now and then a line elsewhere."""
+    """Rods done, rate and time left: a bar on a terminal's stderr, now and then a line elsewhere."""
     if sys.stderr.isatty():
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn

@@ -7,7 +7,7 @@ from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
-from typing import Any
+from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
 from rodwnl.errors import ComputationError, InputError
@@ -36,8 +36,8 @@ class Handler(BaseHTTPRequestHandler):
     server_version = "rodwnl"
 
     def do_GET(self) -> None:
-        # A page from elsewhere can reach this port by a name of its own for 127.0.0.1: answer only to our name.
-        port = self.server.server_address[1]
+        # A page from elsewhere may reach this port by a name of its own for 127.0.0.1: answer only to ours.
+        port = cast(ThreadingHTTPServer, self.server).server_port
         if self.headers.get("Host") not in (f"{HOST}:{port}", f"localhost:{port}"):
             self._json(HTTPStatus.FORBIDDEN, {"error": "this server answers only to this machine"})
             return
@@ -66,14 +66,14 @@ class Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(body)
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, *_: Any) -> None:
         """The page asks many times a second; nothing is logged."""
 
 
 def _rod(given: dict[str, str]) -> RodParameters:
     if missing := [name for name in ROD if name not in given]:
         raise InputError(f"the rod also needs {', '.join(missing)}")
-    return RodParameters(**{name: given[name] for name in ROD})
+    return RodParameters(given["k1"], given["k2"], given["gamma3"], given["gamma1"])
 
 
 def _state(given: dict[str, str]) -> Any:
@@ -88,7 +88,7 @@ def _orbits(given: dict[str, str]) -> Any:
 
 
 def serve(port: int = 0) -> ThreadingHTTPServer:
-    """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError where the port is taken."""
+    """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError if it is taken."""
     try:
         server = ThreadingHTTPServer((HOST, port), partial(Handler))
     except OSError as error:

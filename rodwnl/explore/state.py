@@ -10,21 +10,21 @@ import numpy as np
 
 from rodwnl import kernels
 from rodwnl.batch import DEFAULT_MAX_FORCE, Status, landau_batch
-from rodwnl.errors import ComputationError
 from rodwnl.batch_spectrum import Real
+from rodwnl.errors import ComputationError
 from rodwnl.inverse import inverse_operator, leading_eigenvalues
 from rodwnl.modes import critical_mode, nodes_at
 from rodwnl.parameters import Number, RodParameters
 
 FORCES = 28  # at which the spectrum is drawn
 LINES = 6  # eigenvalues drawn
-ORBITS = 40  # of a branch
+ORBITS = 24  # of a branch
 
 State = dict[str, Any]
 
 
 def state(rod: RodParameters, force: Number) -> State:
-    """Thresholds with their coefficients, the spectrum over the force, and predictions and eigenvalues at one force."""
+    """Thresholds with their coefficients, the spectrum over the force; predictions and eigenvalues at one."""
     at = float(rod.checked_force(force))
     parameters = rod.floats()
     found = _of_rod(parameters)
@@ -52,7 +52,7 @@ def _of_rod(parameters: tuple[float, float, float, float]) -> State:
 
 
 def _growth(parameters: tuple[float, float, float, float], forces: Real) -> Real:
-    """Real parts of the leading eigenvalues, (forces, LINES), for the eye: on few nodes and without slopes."""
+    """Real parts of the leading eigenvalues, (forces, LINES), for the eye: on few nodes, without slopes."""
     k1, k2, _, _ = parameters
     wave = float(np.sqrt(np.max((1 - forces / k1 + forces / k2) * forces)))
     inverse = np.linalg.eigvals(inverse_operator(parameters, forces, 16 + int(wave)))
@@ -96,7 +96,7 @@ def _prediction(threshold: State, force: float) -> State:
 
 
 def orbits(rod: RodParameters, number: int) -> State:
-    """The branch of periodic orbits of the full nonlinear rod from a threshold: force, A_tip and stability of each."""
+    """The branch of orbits of the full nonlinear rod from a threshold: force, A_tip and stability of each."""
     from rodwnl.branches import branch
     from rodwnl.cycles import Rod
 

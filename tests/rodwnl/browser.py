@@ -1,4 +1,4 @@
-"""A real browser without a window, driven through its debugging pipe: enough to load a page, click and read."""
+"""A real browser without a window, driven through its debugging pipe: loads a page, clicks and reads."""
 
 import base64
 import json

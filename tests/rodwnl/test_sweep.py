@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rodwnl import RodParameters, cli, landau, sweep as sweeps
+from rodwnl import RodParameters, cli, landau
+from rodwnl import sweep as sweeps
 from rodwnl.errors import InputError
 from rodwnl.grids import grid, read_grid
 
@@ -93,7 +94,7 @@ def test_sampling_fills_the_ranges_and_repeats(method):
         ({"k1": {"values": [1, 1]}}, "twice"),
         ({"k1": {"values": ["a"]}}, "k1 is 'a'"),
         ({"max_force": 0}, "max_force is 0, but it must be greater"),
-        ({"k1": {"linear": [1, 2], "points": 10**6}, "k2": {"linear": [1, 2], "points": 10**6}}, "10{12} rods"),
+        ({"k1": {"linear": [1, 2], "points": 10**10}}, "the grid has 20000000000 rods"),
         ({"sampling": 4}, "sampling must be a table"),
         ({"sampling": {"method": "sobol"}}, "also needs points"),
         ({"sampling": {"method": "random", "points": 4}}, "there are latin-hypercube, sobol"),
@@ -101,7 +102,7 @@ def test_sampling_fills_the_ranges_and_repeats(method):
     ],
 )  # fmt: skip
 def test_bad_grids_are_refused(change, message):
-    with pytest.raises(InputError, match=message.replace("10{12}", "1000000000000")):
+    with pytest.raises(InputError, match=message):
         grid(SMALL | change)
 
 

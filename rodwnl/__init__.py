@@ -13,7 +13,6 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from rodwnl.batch import landau_batch as landau_batch
     from rodwnl.branches import branch as branch
-    from rodwnl.batch import landau_batch as landau_batch
     from rodwnl.coefficients import landau as landau
     from rodwnl.coexistence import bistability as bistability
     from rodwnl.coexistence import periodic_orbits as periodic_orbits
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from rodwnl.predictions import predict as predict
     from rodwnl.reduced import reduced_model as reduced_model
     from rodwnl.responses import amplitude_equation as amplitude_equation
+    from rodwnl.responses import pitchfork as pitchfork
     from rodwnl.simulation import simulate as simulate
     from rodwnl.spectrum import hopf_thresholds as hopf_thresholds
 
@@ -36,8 +36,8 @@ _HOME = {
     "hopf_thresholds": "rodwnl.spectrum",
     "landau": "rodwnl.coefficients",
     "landau_batch": "rodwnl.batch",
-    "landau_batch": "rodwnl.batch",
     "periodic_orbits": "rodwnl.coexistence",
+    "pitchfork": "rodwnl.responses",
     "predict": "rodwnl.predictions",
     "reduced_model": "rodwnl.reduced",
     "simulate": "rodwnl.simulation",

@@ -278,7 +278,7 @@ _h1, _h2, _curvature = (symbol(q) for q in ("h1", "h2", "Pi"))
         (_with(energy=FOLLOWER.energy * symbol("stiffer")), "unknown symbol stiffer"),
         (_with(drag=(symbol("v1"), symbol("v1"), symbol("Omega"))), "drag component 2"),
         (_with(drag=(symbol("v1"), _h2 * symbol("v2"), symbol("Omega"))), "not symmetric under reflection"),
-        (_with(tip_load=(-symbol("force"), symbol("force"), Integer(0))), "at rest and straight the tip load"),
+        (_with(tip_load=(-symbol("force"), symbol("force"), Integer(0))), "straight the tip load is"),
         (_with(body_load=(symbol("force"), Integer(0), symbol("force"))), "tangential force"),
     ],
 )

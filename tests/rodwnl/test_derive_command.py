@@ -2,7 +2,6 @@ import pytest
 
 from rodwnl import cli
 
-
 DERIVE = ["derive", "--model", "follower"]
 
 

@@ -108,3 +108,20 @@ def cos(value: Value) -> Value:
     if not isinstance(value, Nilpotent):
         return np.cos(value)
     return value.apply(lambda a, k: (np.cos, lambda z: -np.sin(z), lambda z: -np.cos(z), np.sin)[k % 4](a))
+
+
+def sqrt(value: Value) -> Value:
+    """Square root of a number, an array or a Nilpotent."""
+    return value**0.5 if isinstance(value, Nilpotent) else np.sqrt(value)
+
+
+def exp(value: Value) -> Value:
+    """exp of a number, an array or a Nilpotent."""
+    return value.apply(lambda a, k: np.exp(a)) if isinstance(value, Nilpotent) else np.exp(value)
+
+
+def log(value: Value) -> Value:
+    """Natural logarithm of a number, an array or a Nilpotent: (−1)^{k−1} (k − 1)!/a^k after the first."""
+    if not isinstance(value, Nilpotent):
+        return np.log(value)
+    return value.apply(lambda a, k: -factorial(k - 1) * (-1 / a) ** k if k else np.log(a))

@@ -212,10 +212,14 @@ def test_figures_are_computed_once_each_and_reported(monkeypatch):
 
 
 def test_a_worker_that_is_killed_is_reported_and_says_nothing_itself(capfd):
-    with pytest.raises(ComputationError, match="killed"), processes(1) as pool:
-        os.kill(pool.submit(os.getpid).result(), signal.SIGINT)
-        for _ in range(1000):
-            pool.submit(time.sleep, 0.01).result()
+    def interrupt_a_worker():
+        with processes(1) as pool:
+            os.kill(pool.submit(os.getpid).result(), signal.SIGINT)
+            for _ in range(1000):
+                pool.submit(time.sleep, 0.01).result()
+
+    with pytest.raises(ComputationError, match="killed"):
+        interrupt_a_worker()
     assert capfd.readouterr().err == ""
 
 

@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 Rods = tuple[Any, Any, Any]  # k1, k2, gamma3: arrays, or jets
 R = TypeVar("R", bound="Rows")
 
-FIRST_LINES = 11  # of the scan in the force, at Fmax (m/10)²
+FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
 POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
 BLOCK = 2048  # points of lines, or 4 of jets: the allocator reuses temporary arrays of 32 kB, not larger ones
@@ -38,7 +38,8 @@ WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integ
 MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
 MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
 MOST_STEPS = 12  # of Newton's method
-ROUGHLY, CONVERGED = 1e-4, 1e-11  # a relative step that leaves an error of about its square
+ROUGHLY = 1e-2  # relative error of Re λ, in following a pair
+CONVERGED = 1e-11  # a relative step of F and ω that leaves an error of its square
 
 
 # ---- the characteristic function
@@ -280,7 +281,7 @@ def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
     F = force[:, None]
     nu = 1 - F / k1
     mu = k2 * nu + F
-    q2 = highest[:, None] ** (2 * np.arange(points) / (points - 1))
+    q2 = np.exp(np.outer(np.log(highest), 2 * np.arange(points) / (points - 1)))
     omega = k2 * q2 * q2 / (mu * nu + q2 * (1 + k2 * gamma3))
     D = characteristic((k1, k2, gamma3), F, 1j * omega)
     turns = np.angle(D.scaled[:, 1:] * np.conj(D.scaled[:, :-1]))
@@ -313,7 +314,9 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
         D, D_F, D_lam = jet(_rods_at(rods, active), force[active], here)
         step = D / D_lam
         here = here - step
-        settled = np.abs(step) <= ROUGHLY * np.abs(here)
+        # the error that is left is about step²/λ: it must not matter for the distance from the axis
+        error = np.abs(step) ** 2 / np.abs(here)
+        settled = (error <= ROUGHLY * np.abs(here.real)) & (error <= ROUGHLY * np.abs(here))
         lam[active[settled]], slope[active[settled]] = here[settled], (-D_F / D_lam)[settled]
         going = ~settled & _plausible(here)
         active, here = active[going], here[going]
@@ -359,7 +362,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     Otherwise it is halved. Where two pairs or more are unstable at both ends no pair is followed.
     """
     count = len(max_force)
-    rod, parts = np.arange(count), np.linspace(0, 1, FIRST_LINES)[1:] ** 2
+    rod, parts = np.arange(count), np.sin(np.pi / 2 * np.linspace(0, 1, FIRST_LINES)[1:]) ** 2
     unloaded = Lines(
         rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
     )
@@ -405,22 +408,29 @@ def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...
 
 
 def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Mask, Complex, Complex]:
-    """Whether the pair at the start, followed to the end, keeps its side by a margin or crosses once.
+    """Whether the pair at the start keeps its side up to the end, or crosses once; the pair and its slope.
 
-    Also the pair at the start, and its slope.
+    A pair that does not leave the axis behind is followed to the end, and must keep its side by a margin.
     """
     here, step = _rods_at(rods, start.rod), end.force - start.force
+    side = np.where(start.pairs > 0, 1, -1)
     lam, slope = follow(here, start.force, start.guess)
-    then, slope_then = follow(here, end.force, lam + step * slope)
-    change = then - lam
-    smooth = np.abs(change - step * (slope + slope_then) / 2) < np.abs(change) / 2 + np.abs(lam) * ROUGHLY
+    good = (slope.real * step * side > 0) & ~crosses  # it leaves the axis behind
+    i = np.flatnonzero(~good)
+    step, before, by_force = step[i], lam[i], slope[i]
+    after, by_force_after = follow(_rods_at(here, i), end.force[i], before + step * by_force)
+    change = after - before
+    smooth = np.abs(change - step * (by_force + by_force_after) / 2) < np.abs(change) / 2 + ROUGHLY * np.abs(
+        before.real
+    )
     # Bernstein coefficients of the cubic Hermite interpolant of Re λ
-    path = np.stack([lam, lam + step * slope / 3, then - step * slope_then / 3, then]).real
-    own = path * np.where(start.pairs > 0, 1, -1)
+    path = np.stack([before, before + step * by_force / 3, after - step * by_force_after / 3, after]).real
+    own = path * side[i]
     keeps = np.min(own, axis=0) > MARGIN * np.ptp(path, axis=0)
     signs = own > 0
     once = signs[0] & ~signs[3] & (np.diff(signs, axis=0).sum(axis=0) == 1)
-    return smooth & np.where(crosses, once, keeps), lam, slope
+    good[i] = smooth & np.where(crosses[i], once, keeps)
+    return good, lam, slope
 
 
 def _crossings(

@@ -281,3 +281,26 @@ def test_error_estimate_is_honest():
         exact = exact_threshold(RodParameters(*rod), found.force[i, 0], found.omega[i, 0], 15)
         for name in ("alpha", "beta"):
             assert abs(getattr(found, name)[i, 0] / complex(getattr(exact, name)) - 1) <= found.error[i, 0]
+
+
+def test_gaps_and_windows_close_to_k1():
+    """Rods whose stable gap, or second window, is narrow and near the force k1 at which the rod is flat."""
+    k1 = [165.34951550748093, 182.8583431295873, 309.3943027069801, 397.11815098511056]
+    k2 = [1680.9567552055605, 1467.8135009911332, 4272.8994755357935, 9813.726525061104]
+    gamma3 = [0.0010234584422398963, 1.529000673776797e-05, 4.094983114667667e-06, 0.0001281097434365363]
+    found = landau_batch(k1, k2, gamma3)
+    assert found.count.tolist() == [3, 3, 3, 4]
+    for i, rod in enumerate(zip(k1, k2, gamma3, strict=True)):
+        expected = [c.force for c in landau(RodParameters(*rod))]
+        assert found.force[i, : len(expected)] == pytest.approx(expected, rel=1e-9)
+
+
+def test_few_lines_see_what_many_see(monkeypatch):
+    rng = np.random.default_rng(12)
+    k1, gamma3 = rng.uniform(40, 420, 2000), 10 ** rng.uniform(-6, 0, 2000)
+    k2 = k1**2 / 20 * 10 ** rng.uniform(-0.3, 0.3, 2000)
+    few = landau_batch(k1, k2, gamma3)
+    monkeypatch.setattr(spectrum, "FIRST_LINES", 33)
+    many = landau_batch(k1, k2, gamma3)
+    assert np.array_equal(few.count, many.count)
+    np.testing.assert_allclose(few.force, many.force, rtol=1e-9)

@@ -158,8 +158,8 @@ def test_failures_are_written_with_their_reasons(tmp_path, monkeypatch):
     g = grid({"k1": {"values": [1e4, 1e5]}, "k2": 1e4, "gamma3": 1e-4})
     real = sweeps.landau_batch
 
-    def failing(*rods, max_force):
-        return real(rods[0] * [np.nan, 1], *rods[1:], max_force=max_force)
+    def failing(k1, *others):
+        return real(k1 * [np.nan, 1], *others)
 
     monkeypatch.setattr(sweeps, "landau_batch", failing)
     monkeypatch.setattr(

@@ -48,6 +48,11 @@ class BranchPoint:
         return self.unstable == 0
 
     @property
+    def stable_across_a_fold(self) -> bool:
+        """Whether the orbits beyond a fold next to this point are stable: one multiplier crosses there."""
+        return self.unstable == 1
+
+    @property
     def forward(self) -> float:
         """Change of the force per distance along the branch; 0 at a fold."""
         return float(self.point.tangent[-2])
@@ -56,6 +61,8 @@ class BranchPoint:
 @dataclass(frozen=True)
 class Event:
     """A fold or another change of stability, between points[index − 1] and points[index] of its branch.
+
+    index 0 and len(points): a fold between the Hopf point at that end and the point next to it.
 
     error: what the last refinement of the grid changed in the force.
     kind: of the eigenvalue ρ of the half-period map that crosses the unit circle. At a fold ρ = 1, and at a
@@ -99,11 +106,17 @@ class Branch:
     @property
     def path(self) -> tuple[tuple[Cycle, bool], ...]:
         """The whole curve with its events in order: cycles, and whether the stretch after each is stable."""
-        path = [(self.start, self.points[0].stable)] if self.points else []
+        if not self.points:
+            return ()
+        first, final = self.points[0], self.points[-1]
+        at_once = [event for event in self.events if event.index == 0]
+        path = [(self.start, first.stable_across_a_fold if at_once else first.stable)]
         for i, point in enumerate(self.points):
             path += [(event.at.cycle, point.stable) for event in self.events if event.index == i]
             path.append((point.cycle, point.stable))
-        return (*path, (self.last, False)) if path else ()
+        at_last = [event for event in self.events if event.index == len(self.points)]
+        path += [(event.at.cycle, final.stable_across_a_fold) for event in at_last]
+        return (*path, (self.last, False))
 
 
 def branch(
@@ -143,6 +156,12 @@ def branch(
             watch(points[-1])
             if locate_events and len(points) > 1:
                 events += _events(_judged(system, point), length, points[-1], len(points) - 1)
+            elif locate_events:
+                events += _fold(BranchPoint(system, point, points[0].rho), length, points[0], 0)
+        elif locate_events and points:
+            # solve_at points towards s > 0, and the branch arrives with s falling
+            arrived = BranchPoint(system, replace(new, tangent=-new.tangent), points[-1].rho)
+            events += _fold(replace(points[-1], system=system, point=point), length, arrived, len(points))
         point = new
         if last is not None:
             break
@@ -202,10 +221,9 @@ def _moved(system: OrbitSystem, point: Point, resolution: tuple[int, int]) -> tu
 
 def _events(before: BranchPoint, length: float, after: BranchPoint, index: int) -> list[Event]:
     """What changes between two neighbouring points: a fold, and what a fold does not explain."""
-    found = []
+    found = _fold(before, length, after, index)
     change = after.unstable - before.unstable
-    if before.forward * after.forward < 0:
-        found.append(_pinned("fold", before, length, after, lambda at: at.forward, index))
+    if found:
         change -= int(np.sign(change))
     if change:
         k = min(before.unstable, after.unstable)
@@ -215,6 +233,13 @@ def _events(before: BranchPoint, length: float, after: BranchPoint, index: int) 
             kind = "torus"
         found.append(_pinned(kind, before, length, after, lambda at: float(np.log(np.abs(at.rho[k]))), index))
     return found
+
+
+def _fold(before: BranchPoint, length: float, after: BranchPoint, index: int) -> list[Event]:
+    """The fold between two points, if the force turns between them."""
+    if before.forward * after.forward >= 0:
+        return []
+    return [_pinned("fold", before, length, after, lambda at: at.forward, index)]
 
 
 def _pinned(

@@ -229,3 +229,17 @@ def test_bad_requests_end_with_one_line(capsys, arguments, message):
     assert captured.out == ""
     (line,) = captured.err.splitlines()
     assert re.search(message, line)
+
+
+def test_a_fold_next_to_a_hopf_point_is_seen_from_either_end():
+    """k1 = 150.9: the fold lies 0.0066 beyond the upper threshold, within the branch's last step."""
+    rod = Rod(150.9, 1e4, 1e-4, 0.5)
+    from_below = branch(rod, 66.029541, 590.180246)
+    from_above = branch(rod, 87.863223, 1049.660273, most_points=6)
+    assert from_below.end == "Hopf point"
+    (fold,), (same,) = from_below.folds, from_above.folds
+    assert fold.index == len(from_below.points)
+    assert fold.force == pytest.approx(same.force, rel=1e-9)
+    assert fold.force == pytest.approx(87.8698086052, abs=1e-7)
+    # Stable up to the fold, unstable from there to the threshold.
+    assert [stable for _, stable in from_below.path][-3:-1] == [True, False]

@@ -10,6 +10,7 @@ the multipliers of the whole period are ρ².
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,12 @@ class Multipliers:
 
 def multipliers(cycle: Cycle, steps: int = STEPS) -> Multipliers:
     """The Floquet multipliers of an orbit, with this number of Radau steps over half a period."""
-    half = np.linalg.eigvals(half_period_map(cycle, steps))
+    return of_map(half_period_map(cycle, steps))
+
+
+def of_map(matrix: NDArray[np.float64]) -> Multipliers:
+    """The multipliers from a half-period map."""
+    half = np.linalg.eigvals(matrix)
     trivial = int(np.argmin(np.abs(half - 1)))
     others = np.delete(half, trivial)
     return Multipliers(others[np.argsort(-np.abs(others))], float(np.abs(half[trivial] - 1)))
@@ -64,19 +70,30 @@ def half_period_map(cycle: Cycle, steps: int) -> NDArray[np.float64]:
     """S Φ(π): slopes of a perturbation -> the same half a period later, mirrored; (3(N+1), 3(N+1))."""
     system = cycle.system
     slopes, omega, force, s = system.unpack(cycle.X)
-    n, h = 3 * (system.degree + 1), np.pi / steps
-    phases = (h * (np.arange(steps)[:, None] + _NODES)).ravel()
+    n = 3 * (system.degree + 1)
+    phases = stage_phases(steps)
     time = half_period(system.count)
     along = np.stack([time.at(parity, phases) @ slopes[:, i] for i, parity in enumerate(PARITY)], axis=1)
-    A = flow(system.rod, along, force, s, system.degree).by_slopes().reshape(steps, 3, n, n)
-    E = np.kron(np.eye(3), mass(system.degree))
-
-    # E (Y_i − y) = (h/ω) Σ_j a_ij A_j Y_j at the three stages; the last stage is the new y
-    stages = np.kron(np.eye(3), E) - (h / omega) * np.einsum("ij,tjab->tiajb", _WEIGHTS, A).reshape(
-        steps, 3 * n, 3 * n
-    )
-    carried = np.eye(n)
-    for stage in stages:
-        carried = np.linalg.solve(stage, np.tile(E @ carried, (3, 1)))[-n:]
+    A = flow(system.rod, along, force, s, system.degree).by_slopes().reshape(-1, n, n)
+    E = np.asarray(np.kron(np.eye(3), mass(system.degree)))
     mirror = np.repeat([1.0, -1.0, -1.0], system.degree + 1)
-    return np.asarray(mirror[:, None] * carried)
+    return np.asarray(mirror[:, None] * carried(E, A, omega))
+
+
+def stage_phases(steps: int) -> NDArray[np.float64]:
+    """τ of the three stages of every step, (3·steps,)."""
+    return np.asarray((np.pi / steps * (np.arange(steps)[:, None] + _NODES)).ravel())
+
+
+def carried(E: NDArray[Any], A: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
+    """Φ(π), (n, n), of ω E y_τ = A y from A (3·steps, n, n) at the phases of the stages."""
+    n, steps = len(E), len(A) // 3
+    A = A.reshape(steps, 3, n, n)
+    # E (Y_i − y) = (h/ω) Σ_j a_ij A_j Y_j at the three stages; the last stage is the new y
+    stages = np.kron(np.eye(3), E) - (np.pi / steps / omega) * np.einsum(
+        "ij,tjab->tiajb", _WEIGHTS, A
+    ).reshape(steps, 3 * n, 3 * n)
+    out = np.eye(n)
+    for stage in stages:
+        out = np.linalg.solve(stage, np.tile(E @ out, (3, 1)))[-n:]
+    return out

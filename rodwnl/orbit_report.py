@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from rodwnl.report import cell, heading
 
 if TYPE_CHECKING:
     from rodwnl.branches import Branch, BranchPoint, Event
+    from rodwnl.modelorbits import LawOrbit
     from rodwnl.orbits import Orbit
 
 POINT_ERROR = (
@@ -37,7 +38,7 @@ def at_work(rod: RodParameters) -> Iterator[Callable[[BranchPoint], None]]:
         yield show
 
 
-def orbit_entry(orbit: Orbit) -> dict[str, Any]:
+def orbit_entry(orbit: Orbit | LawOrbit) -> dict[str, Any]:
     """An orbit in JSON; every number a decimal text that reads back to the same double."""
     return {
         "force": repr(orbit.force),
@@ -90,7 +91,7 @@ def branch_entry(branch: Branch) -> dict[str, Any]:
     }
 
 
-def print_orbits(rod: RodParameters, orbits: tuple[Orbit, ...]) -> None:
+def print_orbits(rod: RodParameters, orbits: Sequence[Orbit | LawOrbit]) -> None:
     """A table with a column for each orbit."""
 
     def row(quantity: str, values: list[float]) -> list[str]:

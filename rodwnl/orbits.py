@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,58 @@ COARSE: Resolution = (8, 18)
 FINEST: Resolution = (40, 44)  # 5400 unknowns: a Newton step takes ten seconds and 0.5 GB
 ACCURACY = 1e-9  # relative, of A_tip and ω
 NEGLIGIBLE = 1e-6  # tail aimed at: what it changes in A_tip and ω is about a thousand times smaller
+
+
+class Grid(Protocol):
+    """Of phases in half a period and points along the rod."""
+
+    @property
+    def count(self) -> int: ...
+    @property
+    def degree(self) -> int: ...
+
+
+class Gridded(Protocol):
+    """An orbit on a grid, and how far its spectra have fallen there."""
+
+    @property
+    def system(self) -> Grid: ...
+    @property
+    def tails(self) -> tuple[float, float]: ...
+
+
+def highest(c: Array, s: Array) -> float:
+    """The largest |Σ c_k cos kτ + s_k sin kτ| over odd k, refined by Newton's method."""
+    k = np.arange(1.0, 2 * c.size, 2)
+
+    def y(phase: Array, order: int) -> Array:
+        angle = np.multiply.outer(phase, k) + order * np.pi / 2
+        return np.asarray(np.cos(angle) @ (k**order * c) + np.sin(angle) @ (k**order * s))
+
+    grid = np.linspace(0, np.pi, 16 * k.size)
+    phase = grid[np.argmax(np.abs(y(grid, 0)))]
+    for _ in range(4):
+        curvature = y(phase, 2)
+        if curvature:
+            phase = phase - np.clip(y(phase, 1) / curvature, -grid[1], grid[1])
+    return float(np.abs(y(phase, 0)))
+
+
+def decay(slopes: Array) -> tuple[float, float]:
+    """The highest harmonics and Chebyshev coefficients of slopes (m, 3, N+1), relative to the largest."""
+    count, degree = slopes.shape[0], slopes.shape[2] - 1
+    time = half_period(count)
+    in_time = in_space = 0.0
+    for i, parity in enumerate(PARITY):
+        field, k = slopes[:, i], time.harmonics[parity]
+        largest = np.abs(field).max()
+        high = np.concatenate([k, k[(k > 0) & (k < count)]]) >= count - 2
+        harmonics = np.abs(time.series[parity] @ field).max(axis=1)
+        mirrored = np.concatenate([field, field[:, -2:0:-1]], axis=1)
+        powers = np.abs(np.fft.rfft(mirrored, axis=1)).max(axis=0) / degree
+        in_time = max(in_time, float(harmonics[high].max() / largest))
+        in_space = max(in_space, float(powers[-2:].max() / largest))
+    return in_time, in_space
 
 
 @dataclass(frozen=True)
@@ -69,20 +122,7 @@ class Cycle:
     @cached_property
     def tip_amplitude(self) -> float:
         """Half the peak-to-peak of the tip's y, that is the largest |y|, refined by Newton's method."""
-        k = np.arange(1.0, 2 * self.tip_series.shape[1], 2)
-        c, s = self.tip_series
-
-        def y(phase: Array, order: int) -> Array:
-            angle = np.multiply.outer(phase, k) + order * np.pi / 2
-            return np.asarray(np.cos(angle) @ (k**order * c) + np.sin(angle) @ (k**order * s))
-
-        grid = np.linspace(0, np.pi, 16 * k.size)
-        phase = grid[np.argmax(np.abs(y(grid, 0)))]
-        for _ in range(4):
-            curvature = y(phase, 2)
-            if curvature:
-                phase = phase - np.clip(y(phase, 1) / curvature, -grid[1], grid[1])
-        return float(np.abs(y(phase, 0)))
+        return highest(*self.tip_series)
 
     @cached_property
     def residual(self) -> float:
@@ -97,18 +137,7 @@ class Cycle:
     def tails(self) -> tuple[float, float]:
         """The highest harmonics and Chebyshev coefficients of the slopes, relative to the largest."""
         slopes, *_ = self.system.unpack(self.X)
-        count, time = self.system.count, half_period(self.system.count)
-        in_time = in_space = 0.0
-        for i, parity in enumerate(PARITY):
-            field, k = slopes[:, i], time.harmonics[parity]
-            largest = np.abs(field).max()
-            high = np.concatenate([k, k[(k > 0) & (k < count)]]) >= count - 2
-            harmonics = np.abs(time.series[parity] @ field).max(axis=1)
-            mirrored = np.concatenate([field, field[:, -2:0:-1]], axis=1)
-            powers = np.abs(np.fft.rfft(mirrored, axis=1)).max(axis=0) / self.system.degree
-            in_time = max(in_time, float(harmonics[high].max() / largest))
-            in_space = max(in_space, float(powers[-2:].max() / largest))
-        return in_time, in_space
+        return decay(slopes)
 
 
 @dataclass(frozen=True)
@@ -155,7 +184,7 @@ def onset(rod: Rod, force: float, omega: float, resolution: Resolution = COARSE)
     return Onset(system, solve_at(system, guess, -1, 0.0), float(1 / np.abs(angle)))
 
 
-def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
+def suited(cycle: Gridded, target: float = NEGLIGIBLE) -> Resolution:
     """The resolution at which geometric tails would fall to the target, half to twice the present one."""
 
     def number(now: int, tail: float, finest: int) -> int:
@@ -168,7 +197,7 @@ def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
     return max(count, COARSE[0]), max(degree, COARSE[1])
 
 
-def finer(cycle: Cycle) -> Resolution:
+def finer(cycle: Gridded) -> Resolution:
     """The suited resolution, but finer than the present one by 4 or more in each direction, within FINEST."""
     count, degree = suited(cycle)
     now = cycle.system

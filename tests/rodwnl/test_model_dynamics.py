@@ -5,12 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rodwnl.coexistence import periodic_orbits
 from rodwnl.emittedlaw import emitted_law
+from rodwnl.errors import ComputationError, InputError
 from rodwnl.laws import LAWS
-from rodwnl.models import emitted
+from rodwnl.modelorbits import _solved, model_orbits, orbit_of
 from rodwnl.nilpotent import exp, log, nilpotent
 from rodwnl.normalform import _Discrete
 from rodwnl.parameters import RodParameters
+from rodwnl.predictions import predict
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SOFT = (200.0, 1e4, 1e-4)
@@ -39,4 +42,62 @@ def test_exponentials_and_logarithms_are_differentiated():
     same = log(exp(x * x))
     for directions in ((), (1,), (1, 2), (1, 2, 3)):
         assert same.part(*directions) == pytest.approx((x * x).part(*directions), abs=1e-13)
-        assert exp(nilpotent(0.7, (1, 1.0), (2, 1.0), (3, 1.0))).part(*directions) == pytest.approx(np.exp(0.7))
+        assert exp(nilpotent(0.7, (1, 1.0), (2, 1.0), (3, 1.0))).part(*directions) == pytest.approx(
+            np.exp(0.7)
+        )
+
+
+def test_the_plain_rods_orbit_comes_out_of_its_emitted_law():
+    """Another set of equations and of unknowns: A_tip, ω, harmonics and multiplier of the plain route."""
+    rod = RodParameters(1e4, 1e4, 1e-4)
+    plain, found = periodic_orbits(rod, 40).orbits[0], model_orbits(rod, 40).orbits[0]
+    assert found.A_tip == pytest.approx(plain.A_tip, rel=1e-8)
+    assert found.omega == pytest.approx(plain.omega, rel=1e-8)
+    assert found.harmonics[1] == pytest.approx(plain.harmonics[1], rel=1e-7)
+    assert found.multipliers[0] == pytest.approx(plain.multipliers[0], rel=1e-6)
+    assert found.stable
+    assert plain.stable
+
+
+@pytest.mark.parametrize(
+    ("model", "values"),
+    [("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT), ("distributed", (1e4, 1e4, 1e-4))],
+)
+def test_orbits_near_onset_are_those_predicted(model, values):
+    """With half the detuning twice as close to the prediction of order 3, which leaves out the next."""
+    rod = RodParameters(*values, model=model)
+    threshold = predict(rod, 1)[0].coefficients.force
+
+    def error(detuning: float) -> float:
+        force = threshold * (1 + detuning)
+        (orbit,), (prediction, *_) = model_orbits(rod, force).orbits, predict(rod, force)
+        assert orbit.stable is prediction.stable is True
+        assert max(orbit.error, orbit.residual, orbit.multiplier_error) < 1e-6
+        return abs(orbit.A_tip / prediction.A_tip - 1) + abs(orbit.omega / prediction.omega - 1)
+
+    assert error(1e-4) == pytest.approx(error(2e-4) / 2, rel=0.05)
+
+
+def test_orbits_of_a_subcritical_threshold_are_unstable():
+    rod = RodParameters(*SOFT, model="metric_drag")
+    upper = predict(rod, "155.7")[1]
+    assert upper.stable is False
+    orbit = orbit_of(emitted_law(rod), upper)
+    assert not orbit.stable
+    assert abs(orbit.multipliers[0]) > 1
+    assert orbit.A_tip == pytest.approx(upper.A_tip, rel=0.01)
+
+
+def test_a_force_without_orbit_is_refused_in_one_line():
+    rod = RodParameters(*SOFT, model="partial_follower")
+    with pytest.raises(InputError, match=r"'partial_follower' has no orbit at force 1 .*branches lie above"):
+        model_orbits(rod, 1)
+
+
+def test_falling_back_to_the_straight_rod_is_recognised():
+    """Below the threshold there is nothing else for Newton's method to find from an orbit above it."""
+    rod = RodParameters(*SOFT, model="metric_drag")
+    prediction = predict(rod, 50)[0]
+    cycle = orbit_of(emitted_law(rod), prediction).cycle
+    with pytest.raises(ComputationError, match=r"fell back to the straight rod at force 49\.6"):
+        _solved(cycle.system, cycle.X, 49.6)

@@ -73,7 +73,10 @@ def print_order(rod: RodParameters, found: Sequence[AmplitudeEquation]) -> None:
     for i, e in enumerate(found, 1):
         if e.fold is not None:
             force = cell(rod, "force", e.fold.force, 1e-4 * abs(e.fold.force - e.force))
-            print(f"Threshold {i}: by these coefficients the branch turns around near force = {force}.")
+            print(
+                f"Threshold {i}: by these coefficients the branch turns around near force = {force}; "
+                "good where Re alpha is small."
+            )
 
 
 def print_pitchforks(search: HopfSearch) -> None:

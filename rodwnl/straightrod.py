@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from decimal import ROUND_DOWN, Context
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -142,7 +143,8 @@ def largest_force(rod: RodParameters, asked: Fraction) -> tuple[Fraction, bool]:
     for _ in range(50):
         middle = (low + high) / 2
         low, high = (middle, high) if _reaches(rod, middle) else (low, middle)
-    return Fraction(f"{float(low):.9g}"), True
+    # Nine digits, rounded down: beyond `low` there is no straight rod.
+    return Fraction(Context(prec=9, rounding=ROUND_DOWN).create_decimal(repr(float(low)))), True
 
 
 def _reaches(rod: RodParameters, force: Fraction) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rodwnl import kernels
-from rodwnl.batch_coefficients import coefficients
+from rodwnl.batch_coefficients import EPS, coefficients
 from rodwnl.batch_spectrum import Complex, Real, thresholds
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.parameters import RodParameters
@@ -24,7 +24,7 @@ DEFAULT_MAX_FORCE = 400.0
 MOST = 4  # thresholds of a rod that are kept
 ACCURACY = 1e-9  # relative, of every number given out
 CHUNK = 8192  # rods: the memory used does not grow with their number
-ESCALATED_DIGITS = 15
+ESCALATED_DIGITS, ACCURACY_OF_EXACT = 40, 1e-12  # working digits of the exact route, and what they must leave
 PER_ROD = ("status", "count")
 PER_THRESHOLD = (
     "force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope", "crossing", "residual", "error",
@@ -157,14 +157,13 @@ def _refuse(out: LandauBatch, rod: int, why: str) -> None:
 
 
 def _escalate(out: LandauBatch, rod: int, parameters: list[float], max_force: float | None) -> None:
-    """Compute one rod by itself: thresholds from the spectrum, digits from the exact route."""
-    from rodwnl.exact import exact_threshold
+    """Compute one rod by itself: thresholds from the spectrum, coefficients in exact arithmetic."""
     from rodwnl.spectrum import hopf_thresholds
 
     try:
         one = RodParameters(*parameters)
         search = hopf_thresholds(one, max_force)
-        found = [exact_threshold(one, t.force, t.omega, ESCALATED_DIGITS) for t in search]
+        found = [_exact(one, t.force, t.omega) for t in search]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return
@@ -172,10 +171,36 @@ def _escalate(out: LandauBatch, rod: int, parameters: list[float], max_force: fl
         _refuse(out, rod, f"it has {len(found)} thresholds, more than the {MOST} that are kept")
         return
     out.status[rod], out.count[rod] = Status.ESCALATED if found else Status.NONE, len(found)
-    for i, (t, crossing) in enumerate(zip(found, search, strict=True)):
-        for name in ("force", "omega", "A_tip2_slope", "omega_slope"):
-            getattr(out, name)[rod, i] = float(getattr(t, name))
-        out.alpha[rod, i], out.beta[rod, i] = complex(t.alpha), complex(t.beta)
-        out.crossing[rod, i] = 1 if crossing.crossing == "destabilizing" else -1
-        out.residual[rod, i] = abs(complex(t.beta) - crossing.slope) / abs(complex(t.beta))
-        out.error[rod, i] = 10.0**-ESCALATED_DIGITS
+    for i, (c, threshold) in enumerate(zip(found, search, strict=True)):
+        alpha, beta = complex(c.alpha), complex(c.beta)
+        out.force[rod, i], out.omega[rod, i], out.alpha[rod, i], out.beta[rod, i] = (
+            c.force,
+            c.omega,
+            alpha,
+            beta,
+        )
+        out.A_tip2_slope[rod, i] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
+        out.omega_slope[rod, i] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)
+        out.crossing[rod, i] = 1 if threshold.crossing == "destabilizing" else -1
+        out.residual[rod, i] = abs(beta - threshold.slope) / abs(beta)
+        out.error[rod, i] = max(float(max(c.residuals.values())), EPS)
+
+
+def _exact(rod: RodParameters, force: float, omega: float) -> Any:
+    """α and β with ESCALATED_DIGITS; the residuals compare two routes to each and must be small."""
+    import mpmath as mp
+
+    from rodwnl.closedform import coefficients as in_closed_form
+    from rodwnl.closedform import critical_state
+    from rodwnl.exact import MpNumbers, refine_threshold
+
+    with mp.workdps(ESCALATED_DIGITS):
+        at = refine_threshold(rod, mp.mpf(force), mp.mpf(omega))
+        found = in_closed_form(critical_state(rod, *at, MpNumbers()))
+        worst = max(found.residuals.values())
+        if not worst < ACCURACY_OF_EXACT:
+            raise ComputationError(
+                f"{ESCALATED_DIGITS} digits are not enough near force {force:.6g} "
+                f"(residual {mp.nstr(worst, 2)}); compute this rod by itself, with --digits"
+            )
+        return found

@@ -39,8 +39,6 @@ def emitted_law(rod: RodParameters) -> RodLaw:
     return RodLaw(
         stress=lambda h1, h2, pi: call("stresses", h1=h1, h2=h2, Pi=pi),
         drag=lambda h1, h2, pi: call("drag_coefficients", h1=h1, h2=h2, Pi=pi),
-        load=lambda theta, v, force: call(
-            "tip_load", theta=theta, v1=v[0], v2=v[1], Omega=v[2], force=force
-        ),
+        load=lambda theta, v, force: call("tip_load", theta=theta, v1=v[0], v2=v[1], Omega=v[2], force=force),
         body=lambda force: call("body_load", force=force)[0],
     )

@@ -1,7 +1,8 @@
 """The full nonlinear rod in time, from the compressed straight rod, slightly perturbed (paper: sec:numerics).
 
 The equations are those of `angleform`; SUNDIALS' CVODE integrates them with their exact Jacobian. It was
-chosen by measurement at equal accuracy in A_tip (benchmarks/integrators.py).
+chosen by measurement at equal accuracy in A_tip (benchmarks/integrators.py). Rods other than the plain one
+are integrated by `modelsimulation`.
 """
 
 from __future__ import annotations
@@ -21,12 +22,14 @@ from rodwnl.angleform import AngleForm, angle_form
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import leading_eigenvalues
-from rodwnl.parameters import Number, RodParameters, exact, positive
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive
 from rodwnl.readout import Reading, read
 from rodwnl.storage import require
 
 if TYPE_CHECKING:
     import xarray
+
+    from rodwnl.modelsimulation import LawForm
 
 Array = NDArray[np.float64]
 
@@ -51,8 +54,9 @@ class Simulation:
     time, tip_x, tip_y, tip_theta (m,): uniform samples. frame_time (k,), x, y, theta, axial_force (k, N+1)
     at nodes (N+1,): the shapes at the last samples. complete: False where the run was interrupted. tail:
     relative size of the last Chebyshev coefficients. tip_residual: the largest of |x' − ν cosθ|,
-    |y' − ν sinθ|, |θ'| at the tip, by differentiating the shapes. evaluations: of the right-hand side and of
-    its Jacobian. seconds: of the whole computation.
+    |y' − ν sinθ|, |θ'| at the tip, by differentiating the shapes; of another rod than the plain one the
+    largest stress minus load there, over the force. evaluations: of the right-hand side and of its Jacobian.
+    seconds: of the whole computation.
     """
 
     rod: RodParameters
@@ -118,11 +122,20 @@ def simulate(
     degrees = DEGREES if nodes == "auto" else (_checked_nodes(nodes),)
     step = sampling_step(rod, F, duration)
     for degree in degrees:
-        form = angle_form(rod, F, degree)
+        form = _form(rod, F, degree)
         run = _Run(form, step, duration, rtol, limit=None if degree == degrees[-1] else RESOLVED)
-        if run.integrate(perturbed(form, epsilon), progress):
+        start = perturbed(form, epsilon) if isinstance(form, AngleForm) else form.perturbed(epsilon)
+        if run.integrate(start, progress):
             break
     return run.result(rod, epsilon, clock.perf_counter() - started)
+
+
+def _form(rod: RodParameters, force: float, degree: int) -> AngleForm | LawForm:
+    if rod.model == PLAIN:
+        return angle_form(rod, force, degree)
+    from rodwnl.modelsimulation import law_form
+
+    return law_form(rod, force, degree)
 
 
 def perturbed(form: AngleForm, epsilon: float) -> Array:
@@ -138,7 +151,13 @@ def sampling_step(rod: RodParameters, force: float, duration: float) -> float:
 
     Where nothing oscillates, the rate at which the leading mode decays stands for the frequency.
     """
-    eigenvalues = leading_eigenvalues(rod.floats(), np.array([force]))[0][0]
+    at = np.array([force])
+    if rod.model == PLAIN:
+        eigenvalues = leading_eigenvalues(rod.floats(), at)[0][0]
+    else:
+        from rodwnl import collocated
+
+        eigenvalues = collocated.leading_eigenvalues(rod, at)[0][0]
     oscillating = eigenvalues[eigenvalues.imag > OSCILLATING * np.abs(eigenvalues)]
     candidates = oscillating if oscillating.size else eigenvalues
     leading = float(np.abs(candidates[candidates.real.argmax()]))
@@ -177,7 +196,7 @@ class _Run:
     """One integration on one grid: CVODE, and what is kept of its states."""
 
     def __init__(
-        self, form: AngleForm, step: float, duration: float, rtol: float, limit: float | None
+        self, form: AngleForm | LawForm, step: float, duration: float, rtol: float, limit: float | None
     ) -> None:
         self.form, self.step, self.rtol, self.limit = form, step, rtol, limit
         self.samples = round(duration / step) + 1
@@ -205,13 +224,16 @@ class _Run:
         return True
 
     def _solver(self, q: Array) -> Any:
+        form = self.form
+        if not isinstance(form, AngleForm):
+            return form.solver(q, self.rtol)
         sundae = require("sksundae.cvode", "simulate")
 
         def rhs(t: float, q: Array, q_t: Array) -> None:
-            q_t[:] = self.form.rhs(q)
+            q_t[:] = form.rhs(q)
 
         def jacobian(t: float, q: Array, q_t: Array, J: Array) -> None:
-            J[:] = self.form.jacobian(q)
+            J[:] = form.jacobian(q)
 
         solver = sundae.CVODE(
             rhs, jacfn=jacobian, rtol=self.rtol, atol=ATOL * self.rtol, max_num_steps=100_000
@@ -273,7 +295,9 @@ class _Run:
             axial_force=axial_force,
             complete=self.complete,
             tail=self.tail or self.form.tail(self.states[-1:]),  # of a run that ended in its first chunk
-            tip_residual=_tip_residual(self.form, x, y, theta),
+            tip_residual=_tip_residual(self.form, x, y, theta)
+            if isinstance(self.form, AngleForm)
+            else self.form.tip_residual(self.states),
             evaluations=self.evaluations,
             seconds=seconds,
         )
@@ -289,7 +313,7 @@ def _tip_residual(form: AngleForm, x: Array, y: Array, theta: Array) -> float:
 def to_dataset(run: Simulation) -> xarray.Dataset:
     """The run with names, units and everything that is needed to repeat it."""
     xr: Any = require("xarray", "simulate")
-    reading = run.reading
+    reading, plain = run.reading, run.rod.model == PLAIN
     read_values = {
         name: value
         for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
@@ -312,14 +336,18 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             "x": variable(frame, run.x, length, "position along the straight rod"),
             "y": variable(frame, run.y, length, "position across the straight rod"),
             "theta": variable(frame, run.theta, "rad", "angle of the cross-section"),
-            "F1": variable(frame, run.axial_force, force, "axial force k1 (h1 - 1)"),
+            "F1": variable(
+                frame, run.axial_force, force, "axial force k1 (h1 - 1)" if plain else "axial force"
+            ),
         },
         coords={
             "time": variable(("time",), run.time, duration, "time"),
             "u": variable(("node",), run.nodes, length, "material coordinate, 0 at the clamp, 1 at the tip"),
         },
         attrs={
-            "title": "Planar Cosserat rod under a follower force, full nonlinear equations",
+            "title": "Planar Cosserat rod under a follower force, full nonlinear equations"
+            if plain
+            else f"Planar Cosserat rod {run.rod.model_name!r}, full nonlinear equations",
             "conventions": "dimensionless: lengths in L, times in gamma2 L^4/k3, forces in k3/L^2",
             **run.rod.texts(),
             "force": run.force,

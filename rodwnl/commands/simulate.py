@@ -25,7 +25,7 @@ INTERRUPTED = 130
 @takes_rod
 def command(
     rod: RodParameters,
-    force: Annotated[str, typer.Option(metavar="F", help="The follower force, 0 < F < k1.")],
+    force: Annotated[str, typer.Option(metavar="F", help="The force, 0 < F < k1.")],
     time: Annotated[str, typer.Option(metavar="T", help="How long to simulate.")] = "5",
     perturbation: Annotated[
         str, typer.Option(metavar="E", help="Size of the first sine in y (in L) and in the angle.")
@@ -54,6 +54,8 @@ def command(
     duration = positive("time", time) / (rod.scales.time if rod.scales else 1)
     chosen = _nodes(nodes)
     tolerance = float(positive("rtol", rtol))
+    if reduced:
+        rod.require_plain("--reduced")
     _require_writable(out, animate, expected_size(rod, exact, duration))
     with _progress("simulating") as progress:
         run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)

@@ -10,10 +10,12 @@ from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.laws import LAWS
 from rodwnl.modelorbits import _solved, model_orbits, orbit_of
+from rodwnl.modelsimulation import law_form
 from rodwnl.nilpotent import exp, log, nilpotent
 from rodwnl.normalform import _Discrete
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
+from rodwnl.simulation import simulate
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SOFT = (200.0, 1e4, 1e-4)
@@ -101,3 +103,48 @@ def test_falling_back_to_the_straight_rod_is_recognised():
     cycle = orbit_of(emitted_law(rod), prediction).cycle
     with pytest.raises(ComputationError, match=r"fell back to the straight rod at force 49\.6"):
         _solved(cycle.system, cycle.X, 49.6)
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "force"),
+    [
+        ("metric_drag", SOFT, 52.0),
+        ("quartic", SOFT, 54.0),
+        ("partial_follower", SOFT, 46.0),
+        ("distributed", (1e4, 1e4, 1e-4), 80.0),
+    ],
+)
+def test_runs_end_on_the_orbit(model, values, force):
+    """Two numerical methods that share only R: A_tip and ω of a run begun next to the orbit."""
+    rod = RodParameters(*values, model=model)
+    orbit = model_orbits(rod, force).orbits[0]
+    # d ln A/dt towards the orbit; the first half of the run leaves less than 1e-5 of the distance to it
+    rate = -np.log(abs(orbit.multipliers[0])) * orbit.omega / (2 * np.pi)
+    duration = max(2 * 12 / rate, 40 * 2 * np.pi / orbit.omega)
+    run = simulate(rod, force, duration, orbit.A_tip, rtol=1e-7)
+    assert run.resolved
+    assert run.tip_residual < 1e-6
+    assert run.reading.state == "settled"
+    assert run.reading.A_tip == pytest.approx(orbit.A_tip, rel=1e-5)
+    assert run.reading.omega == pytest.approx(orbit.omega, rel=1e-5)
+
+
+@pytest.mark.parametrize("model", ["metric_drag", "distributed"])
+def test_runs_start_at_rest_on_the_straight_rod(model):
+    """Without a perturbation nothing moves; with one, clamp and tip are obeyed and y, θ are the sines."""
+    form = law_form(RodParameters(*SOFT, model=model), 40.0, 20)
+    rest, moving = (np.abs(form.rate(form.perturbed(size))).max() for size in (0.0, 1e-3))
+    assert rest < 1e-9 * moving
+    state, wave = form.perturbed(1e-3), 1e-3 * np.sin(np.pi / 2 * form.nodes)
+    _, y, theta, _ = form.fields(state)
+    np.testing.assert_allclose(theta, wave, atol=1e-5)
+    np.testing.assert_allclose(y, wave, atol=1e-5)
+    assert np.abs(form.rod.derivative(state, 40.0)[form.algebraic]).max() < 1e-3
+    rows, rate = form.rod.jacobian(state, 40.0)[form.algebraic], form.rate(state)
+    assert (np.abs(rows @ rate) <= 1e-12 * (np.abs(rows) @ np.abs(rate))).all()
+
+
+def test_what_is_made_for_the_plain_rod_refuses_others():
+    rod = RodParameters(*SOFT, model="quartic")
+    with pytest.raises(InputError, match=r"made for the rod 'follower'.*`simulate` take any"):
+        rod.require_plain("--reduced")

@@ -1,10 +1,11 @@
 """Orbits and runs of rods other than the plain one, on their emitted laws."""
 
-from pathlib import Path
+import json
 
 import numpy as np
 import pytest
 
+from rodwnl import cli
 from rodwnl.coexistence import periodic_orbits
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
@@ -17,7 +18,6 @@ from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.simulation import simulate
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SOFT = (200.0, 1e4, 1e-4)
 
 
@@ -148,3 +148,16 @@ def test_what_is_made_for_the_plain_rod_refuses_others():
     rod = RodParameters(*SOFT, model="quartic")
     with pytest.raises(InputError, match=r"made for the rod 'follower'.*`simulate` take any"):
         rod.require_plain("--reduced")
+
+
+def test_the_command_prints_an_orbit_of_another_rod(capsys):
+    values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
+    assert cli.run(["orbit", *values, "--force", "50", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    (orbit,) = model_orbits(RodParameters(*SOFT, model="metric_drag"), 50).orbits
+    assert document["model"] == "metric_drag"
+    assert document["straight"] == "unstable"
+    assert float(document["orbit"]["A_tip"]) == pytest.approx(orbit.A_tip, rel=1e-9)
+    assert document["orbit"]["stable"] is True
+    assert cli.run(["orbit", *values, "--force", "20"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -151,26 +151,22 @@ def _amplitudes(
 ) -> tuple[Complex, Complex, Real]:
     """(tip, clamp), (m, 2) each, of Y = Σ tip e^{r(u−1)} + clamp e^{−ru} with Y(1) = 1, and a defect.
 
-    The defect is the larger relative one of the two conditions at the tip, one of which is not used.
-
-    With θ = Θ/Y, odd in r, the conditions Σ (tip e^{−r} + clamp) = 0 and Σ θ (tip e^{−r} − clamp) = 0 at
-    the clamp give clamp = M tip. Of the two at the tip the one with the larger coefficients gives the ratio
-    of its two amplitudes: as Re r → ∞ nothing cancels.
+    With θ = Θ/Y, odd in r, the conditions Σ (tip e^{−r} + clamp) = 0 and Σ θ (tip e^{−r} − clamp) = 0 at the
+    clamp give clamp = M tip. The first condition at the tip gives the ratio of tip's components: nothing
+    cancels as Re r → ∞, and its coefficients stay of one size (not below 0.28 of their terms on 24,000 rods
+    over all decades). The defect is that of the second one, relative to its largest term.
     """
     (t1, t2), (e1, e2) = column(r, end, lam, k1, k2, force)[1].T, end.T
     M = np.array([[(t1 + t2) * e1, 2 * t2 * e2], [-2 * t1 * e1, -(t1 + t2) * e2]]) / (t1 - t2)
-    rising = np.array(column(r, 1.0, lam, k1, k2, force)[2:])  # (condition, m, exponent)
-    falling = np.array(column(-r, end, lam, k1, k2, force)[2:])
-    rows = rising + np.einsum("cmi,ijm->cmj", falling, M)
-    size = np.abs(rows).sum(axis=2)
-    weight = size / np.abs(rising).max(axis=2)
-    pair = np.where((weight[0] >= weight[1])[:, None], rows[0] / size[0][:, None], rows[1] / size[1][:, None])
-    tip = np.stack([pair[:, 1], -pair[:, 0]], axis=1)
+    _, _, rising, left_rising = column(r, 1.0, lam, k1, k2, force)
+    _, _, falling, left_falling = column(-r, end, lam, k1, k2, force)
+    row = rising + np.einsum("mi,ijm->mj", falling, M)
+    tip = np.stack([row[:, 1], -row[:, 0]], axis=1) / np.abs(row).sum(axis=1, keepdims=True)
     clamp = np.einsum("ijm,mj->mi", M, tip)
-    terms = np.concatenate([rising * tip, falling * clamp], axis=2)
-    defect = np.abs(terms.sum(axis=2)) / np.abs(terms).max(axis=2)
+    terms = np.concatenate([left_rising * tip, left_falling * clamp], axis=1)
+    defect = np.abs(terms.sum(axis=1)) / np.abs(terms).max(axis=1)
     value = np.sum(tip + clamp * end, axis=1, keepdims=True)
-    return tip / value, clamp / value, defect.max(axis=0)
+    return tip / value, clamp / value, defect
 
 
 def _sums(tip: Complex, clamp: Complex, decay: Complex) -> tuple[Complex, Complex]:

@@ -22,7 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-from rodwnl.batch_coefficients import Coefficients, coefficients
+from rodwnl.batch_coefficients import EPS, Coefficients, coefficients
 from rodwnl.batch_spectrum import Complex, Index, Real, gradient, lines
 from rodwnl.continuation import ConvergenceError, Point, advance, locate, solve_at
 from rodwnl.errors import ComputationError
@@ -34,6 +34,7 @@ Special = Literal["bautin", "closing"]
 NAMES = ("k1", "k2", "gamma3", "gamma1")
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.05, 1e-7  # along a curve, in natural logarithms
 MOST_POINTS = 2000
+AT_K1 = 1e-4  # relative distance of the force from k1 at which a curve ends
 DIFFERENCE = 1e-5  # relative, for derivatives of α and β by the unknowns: good to its square
 BESIDE = 1e-7  # relative distance in force at which other unstable pairs are counted
 PLACED, PLACED_ROUGHLY = (
@@ -97,10 +98,16 @@ class Equations:
         return np.array(residuals), np.array(slopes)
 
     def event(self, X: Real, kind: Special | None = None) -> Real:
-        """What vanishes at a special point, (n,) for unknowns (…, n): Re α/|α| or Re β/|β|."""
-        c = self.coefficients(X)
-        number = c.alpha if (kind or self.special) == "bautin" else c.beta
-        return np.asarray(number.real / np.abs(number))
+        """Re α/ω or F Re β/ω, (n,) for unknowns (…, n): vanishes at a special point, and is smooth."""
+        c, (_, force, omegas) = self.coefficients(X), self.at(X)
+        number = c.alpha if (kind or self.special) == "bautin" else c.beta * force
+        return np.asarray(number.real / omegas[0])
+
+    def noise(self, X: Real, kind: Special) -> float:
+        """The error of the event at one point (…, 1)."""
+        c, (_, force, omegas) = self.coefficients(X), self.at(X)
+        number = c.alpha if kind == "bautin" else c.beta * force
+        return float(c.rounding[0] * np.abs(number[0]) / omegas[0, 0])
 
     def coefficients(self, X: Real) -> Coefficients:
         """α and β of the first pair."""
@@ -189,13 +196,14 @@ def special_point(
     """The special point near this (force, ω), the parameter `name` being free. Raises ComputationError."""
     system = Equations(rod, (NAMES.index(name),), kind)
     X = np.log([rod[system.vary[0]], force, omega])
-    for _ in range(MOST_STEPS):
+    for _ in range(2 * MOST_STEPS):
         G, J = system.linearised(X)
         step = np.linalg.solve(J, -G)
-        X = X + np.clip(step, -LONGEST_STEP, LONGEST_STEP)
+        X = X + step * min(1, LONGEST_STEP / np.max(np.abs(step)))
         if np.max(np.abs(step)) < PLACED_ROUGHLY:
             c = system.coefficients(X[:, None])
-            error = float(np.linalg.norm(np.linalg.inv(J), 2)) * (float(c.rounding[0]) + PLACED)
+            noise = np.array([EPS, EPS, system.noise(X[:, None], kind)])
+            error = float(np.linalg.norm(np.linalg.inv(J) * noise, 2)) + PLACED
             return _record(system, kind, X, c, error)
     raise ConvergenceError(f"Newton's iteration for a {kind} point near force {force:.6g} did not settle")
 
@@ -219,12 +227,16 @@ def _follow(
                 ) from None
             return points, f"it cannot be followed further: {error}"
         step = min(wanted, LONGEST_STEP)
+        last = points[-1].X
         for limit in limits:
-            if (new.X[along] - limit) * (points[-1].X[along] - limit) < 0 or new.X[along] == limit:
-                nearer = min(points[-1], new, key=lambda p: abs(p.X[along] - limit))
-                points.append(solve_at(system, nearer.X, along, limit))
+            if (new.X[along] - limit) * (last[along] - limit) < 0 or new.X[along] == limit:
+                between = (limit - last[along]) / (new.X[along] - last[along])
+                points.append(solve_at(system, last + between * (new.X - last), along, limit))
                 return points, f"{name} is {np.exp(limit):.10g}"
         points.append(new)
+        rods, force, _ = system.at(new.X[:, None])
+        if force[0] > (1 - AT_K1) * rods[0, 0]:
+            return points, "the force comes to k1"
         if len(points) > 10 and np.linalg.norm(new.X - first.X) < step / 2:
             return points, "it is closed"
     return points, f"{MOST_POINTS} points were computed"
@@ -264,10 +276,10 @@ def _placed(system: Equations, kind: Special, point: Point, after: Point) -> Spe
     length = float(np.linalg.norm(after.X - point.X))
     before, behind = event(point), event(after)
     placed, _ = locate(system, point, event, length * before / (before - behind), PLACED)
-    if abs(event(placed)) > DIFFERENCE:
+    if abs(event(placed)) > DIFFERENCE * max(abs(before), abs(behind)):
         return None
     c = system.coefficients(placed.X[:, None])
-    error = float(c.rounding[0]) * length / abs(behind - before) + PLACED
+    error = system.noise(placed.X[:, None], kind) * length / abs(behind - before) + PLACED
     return _record(system, kind, placed.X, c, error)
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rodwnl.atlas import PAPER, REGIONS, Sheet
+from rodwnl.atlas import PAPER, REGIONS, Map, Sheet
 from rodwnl.drawings import style
 from rodwnl.storage import replacing
+
+if TYPE_CHECKING:
+    import xarray
 
 LABELS = {"k1": "stretch stiffness k1", "k2": "shear stiffness k2", "gamma3": "rotational drag γ3"}
 # colours told apart by hue and by lightness
@@ -22,87 +27,117 @@ LINES: dict[str, dict[str, Any]] = {
 NAMES = {"bautin": "Re α = 0 (Bautin)", "closing": "Re β = 0 (closing)"}
 
 
+@dataclass(frozen=True)
+class Panel:
+    """One plane of classes 0, 1, … with a colour and a name each, and the special curves to draw over it.
+
+    curves: kind -> sign of Re β at the thresholds it is drawn for; 0 for all.
+    """
+
+    title: str
+    classes: NDArray[np.int_]
+    colors: tuple[str, ...]
+    names: tuple[str, ...]
+    curves: dict[str, int]
+
+
 def draw(sheet: Sheet, path: Path) -> None:
     """path.svg and path.png: four panels over the plane of the map."""
+    one, data = sheet.map, sheet.data.transpose(sheet.map.y, sheet.map.x, ...)
     with style() as Figure:
-        figure = Figure(figsize=(7.4, 6.4))
-        panels = figure.subplots(2, 2, sharex=True, sharey=True).ravel()
-        one, data = sheet.map, sheet.data.transpose(sheet.map.y, sheet.map.x, ...)
-        number, crossing, alpha = data["count"].values, data.crossing.values, data.alpha_re.values
-        lower = np.where(number > 0, np.where(alpha[..., 0] < 0, 1, 2), 0)
-        upper_at = crossing == -1
-        upper_alpha = np.where(upper_at, alpha, 0).sum(
-            axis=-1
-        )  # no rod of the atlas has two upper thresholds
-        upper = np.where(upper_at.any(axis=-1), np.where(upper_alpha < 0, 1, 2), 0)
-        most = max(int(number.max()), 2)
-        _classes(panels[0], data, one, number, SHADES[: most + 1])
-        _legend(panels[0], [(SHADES[n], REGIONS.get(n, f"{n} thresholds")) for n in range(most + 1)])
-        _classes(panels[1], data, one, lower, (NONE, SUPER, SUB))
-        _legend(panels[1], [(SUPER, "supercritical"), (SUB, "subcritical"), (NONE, "no threshold")])
-        _classes(panels[2], data, one, upper, (ABSENT, SUPER, SUB))
-        _legend(panels[2], [(SUPER, "supercritical"), (SUB, "subcritical"), (ABSENT, "no upper threshold")])
-        first = np.where(number > 0, data.force.values[..., 0], np.nan)
-        mesh = panels[3].pcolormesh(
-            data[one.x], data[one.y], first, cmap="viridis", shading="nearest", rasterized=True
-        )
-        figure.colorbar(mesh, ax=panels[3], label="force")
-        titles = ("Regions", "Lower threshold", "Upper threshold", "Force of the lower threshold")
-        drawn = ({"closing": 0}, {"closing": 0, "bautin": 1}, {"closing": 0, "bautin": -1}, {"closing": 0})
-        for panel, title, kinds in zip(panels, titles, drawn, strict=True):
-            panel.set(xscale="log", yscale="log", title=title, xlim=one.limits[one.x], ylim=one.limits[one.y])
-            _curves(panel, sheet, kinds)
-            _rods(panel, sheet)
-        for panel in panels[2:]:
-            panel.set_xlabel(LABELS[one.x])
-        for panel in panels[::2]:
-            panel.set_ylabel(LABELS[one.y])
+        figure = Figure(figsize=(7.4, 7.6))
+        axes = figure.subplots(2, 2, sharex=True, sharey=True)
+        for axis, panel in zip(axes.ravel(), _panels(data), strict=False):
+            _classes(axis, data, one, panel)
+            _curves(axis, sheet, panel.curves)
+            _legend(axis, panel, labelled=axis in axes[1])
+        _force(figure, axes[1, 1], data, one)
+        _curves(axes[1, 1], sheet, {"closing": 0})
+        for axis in axes.ravel():
+            axis.set(xscale="log", yscale="log", xlim=one.limits[one.x], ylim=one.limits[one.y])
+            _rods(axis, sheet)
+        for axis in axes[1]:
+            axis.set_xlabel(LABELS[one.x])
+        for axis in axes[:, 0]:
+            axis.set_ylabel(LABELS[one.y])
         fixed = ", ".join(f"{LABELS[n]} = {v:g}" for n, v in one.fixed.items())
         figure.suptitle(f"{fixed}; axial drag γ1 = 1/2; 0 < force < k1")
-        for suffix in (".svg", ".png"):
-            with replacing(path.with_name(path.name + suffix)) as temporary:
-                figure.savefig(
-                    temporary, format=suffix[1:], metadata={"Date": None} if suffix == ".svg" else None
-                )
+        for kind, metadata in (("svg", {"Date": None}), ("png", None)):
+            with replacing(path.with_name(f"{path.name}.{kind}")) as temporary:
+                figure.savefig(temporary, format=kind, metadata=metadata)
 
 
-def _classes(panel: Any, data: Any, one: Any, classes: Any, colors: tuple[str, ...]) -> None:
+def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
+    number, crossing, alpha = data["count"].values, data.crossing.values, data.alpha_re.values
+    most = int(number.max())
+
+    def criticality(at: NDArray[np.bool_]) -> NDArray[np.int_]:
+        """0 where there is no such threshold, 1 where the first one is supercritical, 2 where subcritical."""
+        first = np.take_along_axis(alpha, at.argmax(axis=-1)[..., None], -1)[..., 0]
+        return np.where(at.any(axis=-1), np.where(first < 0, 1, 2), 0)
+
+    kinds = ("supercritical", "subcritical")
+    lower, upper = criticality(crossing == 1), criticality(crossing == -1)
+    regions = tuple(REGIONS.get(n, f"{n} thresholds") for n in range(most + 1))
+    return (
+        Panel("Regions", number, SHADES[: most + 1], regions, {"closing": 0}),
+        Panel("Lower threshold", lower, (NONE, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": 1}),
+        Panel("Upper threshold", upper, (ABSENT, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": -1}),
+    )
+
+
+def _force(figure: Any, axis: Any, data: xarray.Dataset, one: Map) -> None:
+    """The force of the lower threshold."""
+    mesh = axis.pcolormesh(
+        data[one.x],
+        data[one.y],
+        data.force.values[..., 0],
+        cmap="viridis",
+        shading="nearest",
+        rasterized=True,
+    )
+    axis.set_title("Force of the lower threshold")
+    figure.colorbar(mesh, ax=axis, label="force")
+
+
+def _classes(axis: Any, data: xarray.Dataset, one: Map, panel: Panel) -> None:
     from matplotlib.colors import ListedColormap
 
-    panel.pcolormesh(
-        data[one.x], data[one.y], classes, cmap=ListedColormap(list(colors)),
-        vmin=-0.5, vmax=len(colors) - 0.5, shading="nearest", rasterized=True,
+    axis.pcolormesh(
+        data[one.x], data[one.y], panel.classes, cmap=ListedColormap(list(panel.colors)),
+        vmin=-0.5, vmax=len(panel.colors) - 0.5, shading="nearest", rasterized=True,
     )  # fmt: skip
+    axis.set_title(panel.title)
 
 
-def _legend(panel: Any, entries: list[tuple[str, str]]) -> None:
+def _legend(axis: Any, panel: Panel, labelled: bool) -> None:
+    """Below the panel, and below its label where it has one."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Any] = [
-        Patch(facecolor=c, edgecolor="0.4", linewidth=0.4, label=text) for c, text in entries
-    ]
-    kinds = ["closing"] if entries[0][0] in SHADES else ["closing", "bautin"]
-    handles += [Line2D([], [], linewidth=1, label=NAMES[kind], **LINES[kind]) for kind in kinds]
-    panel.legend(handles=handles, loc="lower right", frameon=True, framealpha=0.9)
+    named = zip(panel.colors, panel.names, strict=True)
+    handles: list[Any] = [Patch(facecolor=c, edgecolor="0.4", linewidth=0.4, label=text) for c, text in named]
+    handles += [Line2D([], [], linewidth=1, label=NAMES[kind], **LINES[kind]) for kind in panel.curves]
+    below = -0.16 if labelled else -0.03
+    axis.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=2)
 
 
-def _curves(panel: Any, sheet: Sheet, kinds: dict[str, int]) -> None:
+def _curves(axis: Any, sheet: Sheet, kinds: dict[str, int]) -> None:
     """The special curves of these kinds; where a sign is given, only at thresholds whose crossing has it."""
     for kind, curve in sheet.curves:
         if kind in kinds:
             rods = dict(zip(("k1", "k2", "gamma3"), curve.rods, strict=False))
             here = np.sign(curve.beta.real) == kinds[kind] if kinds[kind] else np.ones(len(curve.force), bool)
             x, y = (np.where(here, rods[name], np.nan) for name in (sheet.map.x, sheet.map.y))
-            panel.plot(x, y, linewidth=1, **LINES[kind])
+            axis.plot(x, y, linewidth=1, **LINES[kind])
 
 
-def _rods(panel: Any, sheet: Sheet) -> None:
+def _rods(axis: Any, sheet: Sheet) -> None:
     """The paper's rods that lie in this plane."""
     for rod in PAPER:
         values = dict(zip(("k1", "k2", "gamma3"), rod, strict=True))
         if all(values[n] == v for n, v in sheet.map.fixed.items()):
-            panel.plot(
+            axis.plot(
                 values[sheet.map.x],
                 values[sheet.map.y],
                 "o",

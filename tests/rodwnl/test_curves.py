@@ -99,6 +99,21 @@ def test_special_points_lie_on_curves_in_a_plane(upper):
         assert np.all(np.abs(number.real / np.abs(number)) < 1e-7)
 
 
+def test_bautin_curve_passes_from_the_upper_to_the_lower_threshold():
+    """As gamma3 grows, Re β changes its sign along the curve Re α = 0: there it touches the closing curve."""
+    point = special_point("bautin", (146.4, 1e4, 1e-3, 0.5), "k1", 83.5, 905.0)
+    up = special_curve(point, ("k1", "gamma3"), 1.0)
+    assert (up.end, up.rods[2, -1]) == ("gamma3 is 1", pytest.approx(1.0))
+    assert up.beta[0].real < 0 < up.beta[-1].real
+
+
+def test_curve_ends_where_the_force_comes_to_k1():
+    t = hopf_thresholds(RodParameters(300, 1e4, 5e-2))[1]
+    curve, _ = threshold_curve((300.0, 1e4, 5e-2, 0.5), "k1", (t.force, t.omega), 600.0)
+    assert curve.end == "the force comes to k1"
+    assert curve.force[-1] / curve.rods[0, -1] > 0.9999
+
+
 @pytest.mark.parametrize("special", [None, "bautin", "closing"])
 def test_jacobian_is_the_derivative(special):
     system = Equations(ROD, (0, 2), special)
@@ -148,6 +163,7 @@ def toy(monkeypatch):
 
 def test_double_points_of_a_toy(toy, monkeypatch):
     monkeypatch.setattr(curves, "_outside", lambda force, k1: False)
+    monkeypatch.setattr(curves, "AT_K1", -np.inf)
     curve, (point,) = threshold_curve((0.7, 1.0, 1.0, 1.0), "k1", (0.7, 1.0), 1.4)
     assert curve.force == pytest.approx(curve.rods[0], rel=1e-12)
     assert point.type == "double"

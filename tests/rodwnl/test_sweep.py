@@ -172,6 +172,26 @@ def test_failures_are_written_with_their_reasons(tmp_path, monkeypatch):
         assert rod.startswith("k1 = 10000, k2 = 10000")
 
 
+def test_resume_computes_only_what_is_missing(tmp_path, small, blocks_of_two, monkeypatch):
+    numbers, out = [], tmp_path / "out.nc"
+
+    def here(tasks, _, most):
+        for number, *arguments in list(tasks)[:most]:
+            numbers.append(number)
+            yield number, sweeps.compute(*arguments)
+        if most == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(sweeps, "_on_this_machine", lambda tasks, workers: here(tasks, workers, 1))
+    with pytest.raises(KeyboardInterrupt):
+        sweeps.sweep(read_grid(small), out)
+    monkeypatch.setattr(sweeps, "_on_this_machine", lambda tasks, workers: here(tasks, workers, 9))
+    reports = []
+    sweeps.sweep(read_grid(small), out, resume=True, progress=lambda *r: reports.append(r))
+    assert numbers == [0, 1, 2]
+    assert reports[0] == (2, 6)
+
+
 def run(*arguments):
     """A sweep in a process of its own."""
     command = [sys.executable, "-m", "rodwnl", "sweep", *map(str, arguments)]

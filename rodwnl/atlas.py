@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodwnl.batch import landau_batch
-from rodwnl.batch_spectrum import Real
+from rodwnl.batch_characteristic import Real
 from rodwnl.curves import Curve, Special, SpecialPoint, special_curve, special_point
 from rodwnl.errors import ComputationError
 from rodwnl.grids import Grid, grid

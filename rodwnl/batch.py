@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rodwnl import kernels
+from rodwnl.batch_characteristic import Complex, Real
 from rodwnl.batch_coefficients import EPS, coefficients
-from rodwnl.batch_spectrum import Complex, Real, thresholds
+from rodwnl.batch_spectrum import thresholds
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.parameters import RodParameters
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from rodwnl import kernels
-from rodwnl.batch_spectrum import Complex, Real, exponents
+from rodwnl.batch_characteristic import Complex, Real, exponents
 from rodwnl.quadrature import gauss_legendre
 
 FEWEST, MORE, MOST = 20, 8, 400  # nodes

@@ -19,19 +19,15 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl import kernels
+from rodwnl.batch_characteristic import BLOCK, Complex, Real, Rods, characteristic, jet, rods_at
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complexfloating[Any, Any]]
 Index = NDArray[np.int_]
 Mask = NDArray[np.bool_]
-Rods = tuple[Any, Any, Any]  # k1, k2, gamma3: arrays, or jets
 R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
 POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
-BLOCK = 2048  # points of lines, or 4 of jets: the allocator reuses temporary arrays of 32 kB, not larger ones
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
 WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integer; the value if it is none
@@ -40,149 +36,6 @@ MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one
 MOST_STEPS = 12  # of Newton's method
 ROUGHLY = 1e-2  # relative error of Re λ, in following a pair
 CONVERGED = 1e-11  # a relative step of F and ω that leaves an error of its square
-
-
-# ---- the characteristic function
-
-
-@dataclass(frozen=True, slots=True)
-class Jet:
-    """A function of some variables, such as F and λ, at n points: value (n,) and slopes (variables, n)."""
-
-    value: Any
-    slopes: Any
-    __array_ufunc__ = None  # array * jet is left to the jet
-
-    def __add__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value + other.value, self.slopes + other.slopes)
-        return Jet(self.value + other, self.slopes)
-
-    def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.slopes)
-
-    def __sub__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value - other.value, self.slopes - other.slopes)
-        return Jet(self.value - other, self.slopes)
-
-    def __rsub__(self, other: Any) -> Jet:
-        return Jet(other - self.value, -self.slopes)
-
-    def __mul__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value * other.value, self.slopes * other.value + self.value * other.slopes)
-        return Jet(self.value * other, self.slopes * other)
-
-    def __truediv__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            return Jet(self.value / other, self.slopes / other)
-        inverse = 1 / other.value
-        quotient = self.value * inverse
-        return Jet(quotient, (self.slopes - quotient * other.slopes) * inverse)
-
-    def __rtruediv__(self, other: Any) -> Jet:
-        inverse = other / self.value
-        return Jet(inverse, self.slopes * (-inverse / self.value))
-
-    __radd__, __rmul__ = __add__, __mul__
-
-
-def _sqrt(z: Any) -> Any:
-    if not isinstance(z, Jet):
-        return np.sqrt(z)
-    root = np.sqrt(z.value)
-    return Jet(root, z.slopes * (0.5 / root))
-
-
-def _exp(z: Any) -> Any:
-    if not isinstance(z, Jet):
-        return np.exp(z)
-    power = np.exp(z.value)
-    return Jet(power, power * z.slopes)
-
-
-def _value(z: Any) -> Any:
-    return z.value if isinstance(z, Jet) else z
-
-
-@dataclass(frozen=True)
-class Characteristic:
-    """D e^{−r1−r2}, D's dominant term for Re r1, Re r2 → ∞ scaled alike, and Im(r1 + r2)."""
-
-    scaled: Any
-    dominant: Any
-    turn: Any
-
-
-def characteristic(rods: Rods, force: Any, lam: Any) -> Characteristic:
-    """D(F, λ), zero exactly at the eigenvalues; real on the real axis, positive at λ = 0. Arrays or jets.
-
-    With z = r² the exponents obey z² − s z + p = 0. Written in cosh r u and sinh r u the four boundary
-    conditions have the determinant, up to a factor that never vanishes on the imaginary axis,
-
-        λ(z1 − z2)² D = cosh r1 cosh r2 (a1² b2 + a2² b1) − (sinh r1 sinh r2)/(r1 r2) a1 a2 (b1 z2 + b2 z1)
-                        − a1 a2 (b1 + b2),        a = k2 z − λ ~ Θ,    b = F z + νλ ~ H.
-
-    Its symmetric functions of z1, z2 need no roots; the roots z1 ≠ z2 are distinct there (paper:
-    eq:linearization).
-    """
-    k1, k2, gamma3 = rods
-    nu = 1 - force * (1 / k1)
-    mu = k2 * nu + force
-    s = (lam * (1 + k2 * gamma3) - mu * force) / k2
-    p = lam * (mu * nu + lam * gamma3) / k2
-    discriminant = s * s - 4 * p
-    z1, z2 = _roots(s, p, discriminant)
-    r1, r2 = _sqrt(z1), _sqrt(z2)
-    e1, e2 = _exp(-r1), _exp(-r2)
-    a1, a2 = k2 * z1 - lam, k2 * z2 - lam
-    b1, b2 = force * z1 + nu * lam, force * z2 + nu * lam
-    product = a1 * a2
-    clamped = a1 * a1 * b2 + a2 * a2 * b1
-    mixed = product * (force * p * 2 + nu * lam * s) / (r1 * r2)
-    square1, square2 = e1 * e1, e2 * e2
-    both, neither = square1 * square2 + 1, square1 + square2
-    scaled = (
-        (both + neither) * clamped - (both - neither) * mixed - 4 * (e1 * e2 * product * (b1 + b2))
-    )  # fmt: skip
-    spurious = discriminant * lam * (k2 * k2)
-    return Characteristic(scaled / spurious, (clamped - mixed) / spurious, (_value(r1) + _value(r2)).imag)
-
-
-def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
-    """Both roots of z² − s z + p = 0, without cancellation."""
-    root = _sqrt(discriminant)
-    side = np.where((np.conj(_value(s)) * _value(root)).real > 0, 0.5, -0.5)
-    larger = s * 0.5 + root * side
-    return larger, p / larger
-
-
-def exponents(rods: Rods, force: Real, omega: Real) -> Complex:
-    """(n, 2): r1, r2 of e^{±ru} at λ = iω, with positive real parts."""
-    c4, c2, c0 = kernels.exponent_polynomial(1j * omega, *rods, force)
-    s, p = -c2 / c4, c0 / c4
-    return np.asarray(np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1)))
-
-
-def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
-    """The scaled D and its derivatives: (D, D_F, D_λ)."""
-    D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
-    by_force, by_lam = np.eye(2)[..., None]
-    for i in range(0, len(lam), BLOCK // 4):
-        part = slice(i, i + BLOCK // 4)
-        at = Jet(force[part], by_force), Jet(lam[part], by_lam)
-        value: Jet = characteristic(_rods_at(rods, part), *at).scaled
-        D[part], D_F[part], D_lam[part] = value.value, value.slopes[0], value.slopes[1]
-    return D, D_F, D_lam
-
-
-def gradient(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex]:
-    """The scaled D, (n,), and its derivatives by k1, k2, gamma3, force, λ, (5, n)."""
-    unit = np.eye(5)[..., None]
-    k1, k2, gamma3, F, eigenvalue = (Jet(x, e) for x, e in zip((*rods, force, lam), unit, strict=True))
-    D: Jet = characteristic((k1, k2, gamma3), F, eigenvalue).scaled
-    return D.value, D.slopes
 
 
 # ---- one line F = const
@@ -221,7 +74,7 @@ class Lines(Rows):
 
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable pairs at these forces (n,) of the rods with these indices (n,)."""
-    here = _rods_at(rods, rod)
+    here = rods_at(rods, rod)
     highest = _highest(here, force)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
@@ -230,11 +83,11 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(_rods_at(here, part), force[part], highest[part], points) for points, part in blocks]
+    parts = [_phase(rods_at(here, part), force[part], highest[part], points) for points, part in blocks]
     seen = joined(parts)[np.argsort(np.concatenate([part for _, part in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
-    lam, _ = follow(_rods_at(here, lost), force[lost], seen.guess[lost])
+    lam, _ = follow(rods_at(here, lost), force[lost], seen.guess[lost])
     between = (seen.low[lost] < lam.imag) & (lam.imag < seen.high[lost])
     unstable, counted = lam.real > 0, seen.counted[lost]
     seen.pairs[lost] += np.where(between, unstable.astype(int) - counted, 0)
@@ -311,7 +164,7 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
     active = np.flatnonzero(_plausible(guess))
     here = guess[active]
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(_rods_at(rods, active), force[active], here)
+        D, D_F, D_lam = jet(rods_at(rods, active), force[active], here)
         step = D / D_lam
         here = here - step
         # the error that is left is about step²/λ: it must not matter for the distance from the axis
@@ -328,11 +181,6 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
 def _plausible(lam: Complex) -> Mask:
     """One of a pair of complex eigenvalues that may come to the axis; False for NaN."""
     return (lam.imag > 0) & (np.abs(lam.real) < 10 * lam.imag)
-
-
-def _rods_at(rods: Rods, which: Any) -> Rods:
-    k1, k2, gamma3 = rods
-    return k1[which], k2[which], gamma3[which]
 
 
 # ---- intervals between lines
@@ -412,13 +260,13 @@ def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Ma
 
     A pair that does not leave the axis behind is followed to the end, and must keep its side by a margin.
     """
-    here, step = _rods_at(rods, start.rod), end.force - start.force
+    here, step = rods_at(rods, start.rod), end.force - start.force
     side = np.where(start.pairs > 0, 1, -1)
     lam, slope = follow(here, start.force, start.guess)
     good = (slope.real * step * side > 0) & ~crosses  # it leaves the axis behind
     i = np.flatnonzero(~good)
     step, before, by_force = step[i], lam[i], slope[i]
-    after, by_force_after = follow(_rods_at(here, i), end.force[i], before + step * by_force)
+    after, by_force_after = follow(rods_at(here, i), end.force[i], before + step * by_force)
     change = after - before
     smooth = np.abs(change - step * (by_force + by_force_after) / 2) < np.abs(change) / 2 + ROUGHLY * np.abs(
         before.real
@@ -442,14 +290,14 @@ def _crossings(
 
     With dλ/dF = −D_F/D_λ:  D + D_F dF + i D_λ dω = 0  is  (dλ/dF) dF − i dω = D/D_λ.
     """
-    rods = _rods_at(rods, left.rod)
+    rods = rods_at(rods, left.rod)
     rises = right.pairs == 1
     force = np.where(rises, right.force, left.force)
     first = np.clip(-lam.real / slope.real, left.force - force, right.force - force)
     omega, force, slope = (lam + first * slope).imag, force + first, slope.copy()
     residual, active = np.full(len(force), np.inf), np.arange(len(force))
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(_rods_at(rods, active), force[active], 1j * omega[active])
+        D, D_F, D_lam = jet(rods_at(rods, active), force[active], 1j * omega[active])
         by_force, offset = -D_F / D_lam, D / D_lam
         step = offset.real / by_force.real
         turn = by_force.imag * step - offset.imag

@@ -22,8 +22,9 @@ from typing import Literal
 
 import numpy as np
 
+from rodwnl.batch_characteristic import Complex, Real, gradient
 from rodwnl.batch_coefficients import EPS, Coefficients, coefficients
-from rodwnl.batch_spectrum import Complex, Index, Real, gradient, lines
+from rodwnl.batch_spectrum import Index, lines
 from rodwnl.continuation import ConvergenceError, Point, advance, locate, solve_at
 from rodwnl.errors import ComputationError
 from rodwnl.inverse import leading_eigenvalues

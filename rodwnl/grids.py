@@ -33,7 +33,7 @@ from typing import Any
 
 import numpy as np
 
-from rodwnl.batch_spectrum import Real
+from rodwnl.batch_characteristic import Real
 from rodwnl.errors import InputError
 from rodwnl.parameters import exact, positive, shown
 

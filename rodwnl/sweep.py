@@ -9,32 +9,26 @@ on whether it was, nor on how many workers there were.
 from __future__ import annotations
 
 import json
-import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rodwnl import __version__, kernels
-from rodwnl.batch import ACCURACY, MOST, Status, landau_batch
-from rodwnl.batch_spectrum import Real
-from rodwnl.errors import ComputationError, InputError
+from rodwnl.batch import ACCURACY, MOST, Status
+from rodwnl.batch_characteristic import Real
+from rodwnl.engines import Values, cores, on_dask, on_this_machine
+from rodwnl.errors import InputError
 from rodwnl.grids import Block, Grid
 from rodwnl.storage import replacing, require, require_writable
 
 BLOCK = 8192  # rods
 MOST_REASONS = 1000  # kept in the file
-PATIENCE = 3  # how often workers may die without a block finished in between
-SCHEDULER_TIMEOUT = 10  # seconds
 
-Values = dict[str, NDArray[Any]]
 Progress = Callable[[int, int], None]  # rods done, rods in all
 
 # name: (dtype, unit, description); all but status and count once per threshold
@@ -106,7 +100,7 @@ def sweep(
     done = grid.size - sum(_size(blocks[i]) for i in missing)
     progress(done, grid.size)
     tasks = ((i, grid.rods(blocks[i]), grid.max_force) for i in missing)
-    results = _on_dask(tasks, scheduler) if scheduler else _on_this_machine(tasks, workers or _cores())
+    results = on_dask(tasks, scheduler) if scheduler else on_this_machine(tasks, workers or cores())
     for number, values in results:
         with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
             np.savez(file, **cast(Any, values))
@@ -198,104 +192,6 @@ def _expected_size(grid: Grid) -> int:
 
 def _size(block: Block) -> int:
     return int(np.prod(block.shape))
-
-
-# ---- the work
-
-
-def compute(rods: tuple[Real, ...], max_force: float | None) -> Values:
-    """The variables for one block of rods; and its failures, as JSON: flat index in the block -> why."""
-    k1, k2, gamma3, gamma1 = rods
-    batch = landau_batch(k1, k2, gamma3, gamma1, max_force)
-    values: Values = {name: getattr(batch, name) for name in VARIABLES if hasattr(batch, name)}
-    for name in ("alpha", "beta"):
-        numbers = getattr(batch, name)
-        values[f"{name}_re"], values[f"{name}_im"] = numbers.real, numbers.imag
-    return values | {"reasons": np.array(json.dumps(batch.reasons))}
-
-
-Task = tuple[int, tuple[Real, ...], float | None]
-
-
-def _on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int, Values]]:
-    """Results as they come, from a pool of processes; what killed workers had is computed again."""
-    import multiprocessing
-
-    waiting, deaths = iter(tasks), 0
-    again: list[Task] = []
-    while True:
-        with ProcessPoolExecutor(
-            workers, multiprocessing.get_context("spawn"), initializer=_end_with_parent
-        ) as pool:
-            running: dict[Future[Values], Task] = {}
-            try:
-                while True:
-                    while len(running) < 2 * workers and (
-                        task := again.pop() if again else next(waiting, None)
-                    ):
-                        running[pool.submit(compute, *task[1:])] = task
-                    if not running:
-                        return
-                    for future in wait(running, return_when=FIRST_COMPLETED).done:
-                        values = future.result()
-                        deaths = 0
-                        yield running.pop(future)[0], values
-            except BrokenProcessPool:
-                deaths += 1
-                again.extend(running.values())
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-        if deaths > PATIENCE:
-            raise ComputationError(
-                f"worker processes died {deaths} times in a row; is there too little memory for "
-                f"{workers} of them? give fewer --workers and --resume"
-            )
-
-
-def _end_with_parent() -> None:
-    """A worker ends when the run that started it is gone, even when that was killed."""
-    import multiprocessing
-    from multiprocessing.connection import wait as wait_for
-    from threading import Thread
-
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
-
-
-def _on_dask(tasks: Iterable[Task], address: str) -> Iterator[tuple[int, Values]]:
-    """Results as they come, from a Dask cluster."""
-    distributed = require("distributed", "sweep")
-    try:
-        client = distributed.Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"the scheduler {address} does not answer within {SCHEDULER_TIMEOUT} s: {error}"
-        ) from None
-    with client:
-        waiting = iter(tasks)
-        numbers: dict[str, int] = {}
-
-        def submit(count: int) -> list[Any]:
-            futures = []
-            for number, *arguments in islice(waiting, count):
-                future = client.submit(compute, *arguments, pure=False)
-                numbers[future.key] = number
-                futures.append(future)
-            return futures
-
-        arriving = distributed.as_completed(
-            submit(2 * sum(client.nthreads().values()) or 2), loop=client.loop, with_results=True
-        )
-        for future, values in arriving:
-            yield numbers.pop(future.key), values
-            for new in submit(1):
-                arriving.add(new)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 # ---- the file

@@ -10,7 +10,7 @@ import numpy as np
 
 from rodwnl import kernels
 from rodwnl.batch import DEFAULT_MAX_FORCE, Status, landau_batch
-from rodwnl.batch_spectrum import Real
+from rodwnl.batch_characteristic import Real
 from rodwnl.errors import ComputationError
 from rodwnl.inverse import inverse_operator, leading_eigenvalues
 from rodwnl.modes import critical_mode, nodes_at

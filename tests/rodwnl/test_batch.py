@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from rodwnl import RodParameters, batch, landau, landau_batch
+from rodwnl import batch_characteristic as closed
 from rodwnl import batch_coefficients as coefficients
 from rodwnl import batch_spectrum as spectrum
 from rodwnl.batch import MOST, Status
@@ -177,7 +178,7 @@ def test_closed_form_is_the_determinant():
     lam = force * (rng.normal(size=(2, 30)) + 1j * rng.uniform(1, 10, (2, 30)))
     ratios = []
     for z in lam:
-        D = spectrum.characteristic((k1, k2, gamma3), force, z)
+        D = closed.characteristic((k1, k2, gamma3), force, z)
         value, growth, _ = np.array(
             [
                 characteristic((a, b, c, 0.5), f, x)
@@ -186,7 +187,7 @@ def test_closed_form_is_the_determinant():
         ).T
         r = np.array(
             [
-                spectrum.exponents((a, b, c), f, x / 1j)
+                closed.exponents((a, b, c), f, x / 1j)
                 for a, b, c, f, x in zip(k1, k2, gamma3, force, z, strict=True)
             ]
         )
@@ -199,15 +200,15 @@ def test_closed_form_is_the_determinant():
 def test_jets_are_derivatives():
     k1, k2, gamma3, _ = rods(20, 7)
     force, lam = np.minimum(k1, 400) / 3, 50 + 300j * np.ones(20)
-    D, D_F, D_lam = spectrum.jet((k1, k2, gamma3), force, lam)
-    same, slopes = spectrum.gradient((k1, k2, gamma3), force, lam)
+    D, D_F, D_lam = closed.jet((k1, k2, gamma3), force, lam)
+    same, slopes = closed.gradient((k1, k2, gamma3), force, lam)
     assert np.array_equal(D, same)
     np.testing.assert_allclose([D_F, D_lam], slopes[3:], rtol=1e-12)
     arguments = [k1, k2, gamma3, force, lam]
     for i, slope in enumerate(slopes):
         h = 1e-5 * arguments[i]
         ahead, back = ([a + s * h if j == i else a for j, a in enumerate(arguments)] for s in (1, -1))
-        values = [spectrum.characteristic(tuple(a[:3]), a[3], a[4]).scaled for a in (ahead, back)]
+        values = [closed.characteristic(tuple(a[:3]), a[3], a[4]).scaled for a in (ahead, back)]
         np.testing.assert_allclose(
             slope * h, (values[0] - values[1]) / 2, atol=1e-7 * np.abs(D).max(), rtol=1e-5
         )
@@ -220,7 +221,7 @@ def test_eigenvalues_are_zeros():
     for force, lams, by_force in zip(forces, eigenvalues, slopes, strict=True):
         at = int(np.argmax(np.where(lams.imag > 0, lams.real, -np.inf)))
         one = tuple(np.array([p]) for p in parameters[:3])
-        D, D_F, D_lam = spectrum.jet(one, np.array([force]), lams[[at]])
+        D, D_F, D_lam = closed.jet(one, np.array([force]), lams[[at]])
         assert abs(D / D_lam) < 1e-9 * abs(lams[at])
         assert -D_F / D_lam == pytest.approx(by_force[at], rel=1e-6)
         guess = lams[[at]] * (1 + 1e-2)

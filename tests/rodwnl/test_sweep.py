@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rodwnl import RodParameters, cli, landau
+from rodwnl import RodParameters, cli, engines, landau
 from rodwnl import sweep as sweeps
-from rodwnl.errors import InputError
+from rodwnl.errors import ComputationError, InputError
 from rodwnl.grids import grid, read_grid
 
 xr = pytest.importorskip("xarray")
@@ -156,14 +156,14 @@ def test_sampling_in_a_file(tmp_path):
 
 def test_failures_are_written_with_their_reasons(tmp_path, monkeypatch):
     g = grid({"k1": {"values": [1e4, 1e5]}, "k2": 1e4, "gamma3": 1e-4})
-    real = sweeps.landau_batch
+    real = engines.landau_batch
 
     def failing(k1, *others):
         return real(k1 * [np.nan, 1], *others)
 
-    monkeypatch.setattr(sweeps, "landau_batch", failing)
+    monkeypatch.setattr(engines, "landau_batch", failing)
     monkeypatch.setattr(
-        sweeps, "_on_this_machine", lambda tasks, _: ((t[0], sweeps.compute(*t[1:])) for t in tasks)
+        sweeps, "on_this_machine", lambda tasks, _: ((t[0], engines.compute(*t[1:])) for t in tasks)
     )
     sweeps.sweep(g, tmp_path / "f.nc")
     with xr.open_dataset(tmp_path / "f.nc", engine="h5netcdf") as data:
@@ -178,14 +178,14 @@ def test_resume_computes_only_what_is_missing(tmp_path, small, blocks_of_two, mo
     def here(tasks, _, most):
         for number, *arguments in list(tasks)[:most]:
             numbers.append(number)
-            yield number, sweeps.compute(*arguments)
+            yield number, engines.compute(*arguments)
         if most == 1:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(sweeps, "_on_this_machine", lambda tasks, workers: here(tasks, workers, 1))
+    monkeypatch.setattr(sweeps, "on_this_machine", lambda tasks, workers: here(tasks, workers, 1))
     with pytest.raises(KeyboardInterrupt):
         sweeps.sweep(read_grid(small), out)
-    monkeypatch.setattr(sweeps, "_on_this_machine", lambda tasks, workers: here(tasks, workers, 9))
+    monkeypatch.setattr(sweeps, "on_this_machine", lambda tasks, workers: here(tasks, workers, 9))
     reports = []
     sweeps.sweep(read_grid(small), out, resume=True, progress=lambda *r: reports.append(r))
     assert numbers == [0, 1, 2]
@@ -247,8 +247,8 @@ def test_killed_worker_is_replaced(tmp_path):
 
 
 def test_workers_that_keep_dying_end_the_sweep(tmp_path, small, monkeypatch):
-    monkeypatch.setattr(sweeps, "compute", _die)
-    with pytest.raises(sweeps.ComputationError, match="died 4 times in a row"):
+    monkeypatch.setattr(engines, "compute", _die)
+    with pytest.raises(ComputationError, match="died 4 times in a row"):
         sweeps.sweep(read_grid(small), tmp_path / "x.nc", workers=1)
 
 
@@ -284,7 +284,7 @@ def test_bad_grid_files(tmp_path, capsys):
 
 def test_scheduler_that_does_not_answer(small, monkeypatch, capsys):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(sweeps, "SCHEDULER_TIMEOUT", 0.2)
+    monkeypatch.setattr(engines, "SCHEDULER_TIMEOUT", 0.2)
     assert cli.run(["sweep", str(small), "--scheduler", "tcp://127.0.0.1:1"]) == 2
     assert "the scheduler tcp://127.0.0.1:1 does not answer" in capsys.readouterr().err
 

@@ -1,7 +1,7 @@
 """`rodwnl branch`: the orbits of the full nonlinear rod along the force, from one of its thresholds."""
 
 from fractions import Fraction
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -9,7 +9,7 @@ from rodwnl.errors import InputError
 from rodwnl.options import Json, MaxForce, read_force, read_max_force, takes_rod
 from rodwnl.orbit_report import at_work, branch_entry, print_branch
 from rodwnl.output import print_json
-from rodwnl.parameters import RodParameters, decimal_text
+from rodwnl.parameters import PLAIN, RodParameters, decimal_text
 from rodwnl.report import rod_document, rod_sentence, sentences, with_unit
 
 
@@ -25,10 +25,9 @@ def command(
     """Follow periodic orbits from a threshold through folds, with their stability.
 
     The branch goes on to the next Hopf point, the end of 0 < force < k1, the force given by --until or the
-    number of points. Folds and other changes of stability are located to 1e-6 in the force.
+    number of points. Folds and other changes of stability are located to 1e-6 in the force; of another rod
+    than the plain one only folds are, and its branch ends at --max-force too.
     """
-    from rodwnl.branches import branch
-    from rodwnl.cycles import Rod
     from rodwnl.spectrum import hopf_thresholds
 
     if max_points < 1:
@@ -42,11 +41,24 @@ def command(
             + (f"has these: {known}" if known else f"has none. {sentences(search)[-1]}")
         )
     start = search[threshold - 1]
+    end = None if stop is None else float(stop)
+    found: Any
     with at_work(rod) as watch:
-        found = branch(
-            Rod(*rod.floats()), start.force, start.omega,
-            until=None if stop is None else float(stop), most_points=max_points, watch=watch,
-        )  # fmt: skip
+        if rod.model == PLAIN:
+            from rodwnl.branches import branch
+            from rodwnl.cycles import Rod
+
+            found = branch(
+                Rod(*rod.floats()), start.force, start.omega, until=end, most_points=max_points, watch=watch
+            )
+        else:
+            from rodwnl.coefficients import landau
+            from rodwnl.emittedlaw import emitted_law
+            from rodwnl.modelbranches import model_branch
+
+            window = 0.0, max(float(search.max_force), end or 0.0)
+            begin = landau(rod, search.max_force)[threshold - 1]
+            found = model_branch(emitted_law(rod), begin, window, end, max_points, watch=watch)
     if json:
         print_json(
             rod_document(rod)

@@ -169,7 +169,7 @@ def test_what_cannot_be_done_with_a_model_is_one_line(capsys, arguments, message
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [["simulate", "--force", "40", "--reduced"], ["branch"], ["hysteresis"]])
+@pytest.mark.parametrize("command", [["simulate", "--force", "40", "--reduced"], ["hysteresis"]])
 def test_commands_for_the_plain_rod_say_so(capsys, command):
     rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
     assert cli.run([*command, *rod]) == 2

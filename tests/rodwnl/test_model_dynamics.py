@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from rodwnl import cli
+from rodwnl.branches import branch
+from rodwnl.coefficients import landau
 from rodwnl.coexistence import periodic_orbits
+from rodwnl.cycles import Rod
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.laws import LAWS
+from rodwnl.modelbranches import model_branch
 from rodwnl.modelorbits import _solved, model_orbits, orbit_of
 from rodwnl.modelsimulation import law_form
 from rodwnl.nilpotent import exp, log, nilpotent
@@ -161,3 +165,37 @@ def test_the_command_prints_an_orbit_of_another_rod(capsys):
     assert document["orbit"]["stable"] is True
     assert cli.run(["orbit", *values, "--force", "20"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_plain_rods_branch_comes_out_of_its_emitted_law():
+    rod = RodParameters(1e4, 1e4, 1e-4)
+    start = landau(rod)[0]
+    plain = branch(Rod(*rod.floats()), start.force, start.omega, until=40.0, locate_events=False)
+    found = model_branch(emitted_law(rod), start, (0.0, 400.0), until=40.0)
+    assert found.end == plain.end == "force asked for"
+    one, other = found.points[-1], plain.points[-1]
+    assert one.cycle.force == other.cycle.force == 40.0
+    assert one.cycle.tip_amplitude == pytest.approx(other.cycle.tip_amplitude, rel=1e-6)
+    assert one.cycle.omega == pytest.approx(other.cycle.omega, rel=1e-6)
+    assert one.rho[0] == pytest.approx(other.rho[0], rel=1e-5)
+    assert all(point.stable for point in found.points)
+    assert not found.folds
+
+
+def test_the_command_follows_another_rods_branch_through_its_fold(capsys):
+    """Unstable from the upper threshold to the fold, the largest force, then stable down to the lower one."""
+    values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
+    assert cli.run(["branch", *values, "--threshold", "2", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    (fold,) = document["folds"]
+    force, points = float(fold["force"]), document["points"]
+    fold_at = next(i for i, point in enumerate(points) if point["stable"])
+    assert force == pytest.approx(161.4466394, abs=1e-6)
+    assert float(fold["error"]["force"]) < 1e-6
+    assert float(document["start"]["force"]) < force
+    assert document["end"]["reason"] == "Hopf point"
+    assert float(document["end"]["force"]) == pytest.approx(
+        landau(RodParameters(*SOFT, model="metric_drag"))[0].force
+    )
+    assert all(float(point["force"]) < force for point in points)
+    assert [point["stable"] for point in points] == [i >= fold_at for i in range(len(points))]

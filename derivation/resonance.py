@@ -162,9 +162,10 @@ def resonant_part(modes: Modes, rows: Pair) -> Resonant:
 
 
 def at_tip_value(modes: Modes, p: PolyElement) -> PolyElement:
-    """The constant p(1) for an expression in the values of Y and Theta, e.g. Theta -> Theta(1)."""
+    """The constant p(1) for an expression in the values of shapes, e.g. Theta -> Theta(1)."""
     ring = modes.ring
-    images = {ring[s + b]: ring[s + b + TIP] for s in ("Y", "Theta") for b in ("", BAR)}
+    shapes = ("Y", "Theta", "Psi_Y", "Psi_Theta")
+    images = {ring[s + b]: ring[s + b + TIP] for s in shapes for b in ("", BAR)}
     return ring.apply(p, images)
 
 

@@ -19,7 +19,7 @@ from derivation.adjoint import Adjoint
 from derivation.harmonics import Modes
 from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing, from_expr, homomorphism
-from derivation.resonance import Pair, ThirdOrder
+from derivation.resonance import Pair, ThirdOrder, at_tip_value
 from derivation.symbols import BAR, STRAIGHT, TIP
 
 
@@ -98,7 +98,7 @@ def prove_equal(
     bulk = modes.reduce(transformed.integrand - kept.integrand - ring.derive(q, "u"))
     if canonical(hierarchy, ring, bulk):
         raise ArithmeticError(f"the two integrands do not differ by a total derivative: {bulk}")
-    ends = tip_values(modes, modes.at_tip(q) - modes.at_clamp(q) - kept.boundary)
+    ends = at_tip_value(modes, modes.at_tip(q) - modes.at_clamp(q) - kept.boundary)
     if canonical(hierarchy, ring, ends):
         raise ArithmeticError(f"the end terms do not cancel: {ends}")
 
@@ -124,13 +124,6 @@ def canonical(hierarchy: Hierarchy, ring: JetRing, p: PolyElement) -> PolyElemen
         if name in STRAIGHT and e.is_polynomial(*e.free_symbols)  # another letter stays: equal for any value
     }
     return ring.reduce(ring.apply(p, formulas))
-
-
-def tip_values(modes: Modes, p: PolyElement) -> PolyElement:
-    """Write the shapes that are left in an expression valid at u = 1 as the constants they are."""
-    ring = modes.ring
-    images = {ring[s + b]: ring[s + b + TIP] for s in ("Y", "Theta", "Psi_Y", "Psi_Theta") for b in ("", BAR)}
-    return ring.apply(p, images)
 
 
 def _project(modes: Modes, rows: Pair) -> PolyElement:

@@ -24,6 +24,7 @@ from rodwnl.exact import GUARD, MpNumbers, checked_digits, refine_threshold
 from rodwnl.fields import Exponents, Field, Key, Scalar, two_point
 from rodwnl.parameters import RodParameters
 from rodwnl.responses import HIGHEST, Index, Pool, derived_from, terms
+from rodwnl.straightrod import arguments
 
 Pair = tuple[Scalar, Scalar]
 ATTEMPTS = 4  # how often the working precision is raised before giving up
@@ -149,7 +150,7 @@ class _ExactResponses:
     def _call(self, name: str, pool: Pool) -> Any:
         f: Callable[..., Any] = getattr(kernels, name)
         known = {**self.parameters, **pool}
-        return f(*(known[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
+        return f(*(known[a] for a in arguments(f)))
 
     def _keep(self, name: str, field: Field) -> None:
         slope = field.derivative()

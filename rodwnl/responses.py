@@ -29,7 +29,7 @@ from rodwnl.modes import critical_mode, nodes_at
 from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.spectrum import HopfThreshold
-from rodwnl.straightrod import StraightRod, straight_rod
+from rodwnl.straightrod import StraightRod, arguments, straight_rod
 
 Complex = NDArray[np.complex128]
 Index = tuple[int, int, int]
@@ -202,7 +202,7 @@ def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callab
     def predicted(name: str, **more: Any) -> Any:
         f: Callable[..., Any] = getattr(kernels, name)
         known = {**parts, **more}
-        return f(*(known[a] for a in f.__code__.co_varnames[: f.__code__.co_argcount]))
+        return f(*(known[a] for a in arguments(f)))
 
     return predicted
 

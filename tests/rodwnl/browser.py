@@ -4,7 +4,7 @@ import base64
 import json
 import os
 import shutil
-import subprocess
+import signal
 import time
 from pathlib import Path
 
@@ -18,18 +18,20 @@ class Browser:
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
 
-        def descriptors() -> None:  # the pipe's ends must be 3 and 4 in the browser
-            os.dup2(to_browser, 103)
-            os.dup2(from_browser, 104)
-            os.dup2(103, 3)
-            os.dup2(104, 4)
-
         arguments = ("--headless=new", "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe")
-        self._process = subprocess.Popen(
+        # Spawned, not forked: JAX forbids a fork of its process. The pipe's ends must be 3 and 4.
+        self._process = os.posix_spawn(
+            CHROMIUM,
             [CHROMIUM, *arguments, f"--user-data-dir={profile}", "--window-size=1300,1000", "about:blank"],
-            close_fds=False, preexec_fn=descriptors, stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            os.environ,
+            file_actions=[
+                *((os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_RDWR, 0) for stream in (0, 1, 2)),
+                *(
+                    (os.POSIX_SPAWN_DUP2, *ends)
+                    for ends in ((to_browser, 103), (from_browser, 104), (103, 3), (104, 4))
+                ),
+            ],
+        )
         os.close(to_browser)
         os.close(from_browser)
         self._buffer, self._number, self._session = b"", 0, None
@@ -43,8 +45,8 @@ class Browser:
         return self
 
     def __exit__(self, *_):
-        self._process.terminate()
-        self._process.wait(20)
+        os.kill(self._process, signal.SIGTERM)
+        os.waitpid(self._process, 0)
         os.close(self._write)
         os.close(self._read)
 

@@ -66,6 +66,8 @@ def run(arguments: Sequence[str]) -> int:
     # Before NumPy is imported: the matrices are small, and a second BLAS thread costs more than it gives.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
+    # Python has no stream where the shell closed it; what is printed there is lost, and nothing else.
+    sys.stdout, sys.stderr = (stream or io.StringIO() for stream in (sys.stdout, sys.stderr))
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a Greek letter must not fail where only ASCII can be shown
     commands = typer.main.get_command(app)

@@ -23,7 +23,12 @@ ENGINE: Literal["h5netcdf"] = "h5netcdf"
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name beside `path`; its file then replaces `path`, unless the body raised."""
+    """A temporary name beside `path`; its file then replaces `path`, unless the body raised.
+
+    Where `path` is a link, it stays one and what it leads to is replaced.
+    """
+    path = path.resolve()
+    _require_replaceable(path)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     temporary = Path(name)
@@ -37,9 +42,8 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def require_writable(path: Path, size: int = 0) -> None:
     """Before a long run: raise InputError unless a file of about `size` bytes can be put at `path`."""
-    folder = path.parent
-    if path.is_dir():
-        raise InputError(f"cannot write {path}: it is a folder; name a file in it")
+    _require_replaceable(path)
+    folder = path.resolve().parent
     if not folder.is_dir():
         raise InputError(f"cannot write {path}: the folder {folder} does not exist; make it first")
     try:
@@ -51,6 +55,14 @@ def require_writable(path: Path, size: int = 0) -> None:
         raise InputError(
             f"cannot write {path}: it needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free there"
         )
+
+
+def _require_replaceable(path: Path) -> None:
+    """Only a regular file may be replaced: a device or a pipe would be lost."""
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder; name a file in it")
+    if path.exists() and not path.is_file():
+        raise InputError(f"cannot write {path}: it is not a regular file; choose another name")
 
 
 def save(dataset: xarray.Dataset, path: Path) -> None:

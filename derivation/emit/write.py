@@ -65,6 +65,13 @@ def write(files: Files, root: Path) -> list[str]:
     return sorted([*stale, *changed])
 
 
+def foreign(files: Files, root: Path) -> list[str]:
+    """Modules that stand in the way below `root`: of these names or in a rod's folder, and not generated."""
+    inside = [path for path in _surplus(files, root, alone=False) if "/" in path and path.endswith(".py")]
+    texts = {path: _read(root / path) for path in (*files, *inside)}
+    return sorted(path for path, text in texts.items() if text and not text.startswith(MARK))
+
+
 def difference(files: Files, root: Path, alone: bool = True) -> str:
     """A unified diff from the folder to `files`: changed, missing and surplus files; empty if they agree.
 

@@ -51,7 +51,7 @@ def command(
     if order is not None:
         raise InputError("--order goes with --show or --explain: what is written goes to order 5 in any case")
 
-    from derivation.emit.write import difference, render, write
+    from derivation.emit.write import difference, foreign, render, write
     from derivation.model import MODELS
     from derivation.modules import EMITTED_ORDER, package
     from derivation.pipeline import derive
@@ -69,6 +69,8 @@ def command(
         diff = difference(files, folder, alone=model is None)
         print(diff or f"{folder}: {len(files)} files, as derived", end="" if diff else "\n")
         return 1 if diff else 0
+    if out is not None and (others := foreign(files, out)):
+        raise InputError(f"{out / others[0]} was not written by `rodwnl derive`: choose another folder")
     changed = write(files, folder)
     print(f"{folder}: {len(files)} files, {len(changed)} changed", *changed, sep="\n  ")
     return 0

@@ -61,12 +61,66 @@ SOURCES: dict[str, tuple[str, ...]] = {
 }
 
 
+#: Objects that are one thought: they make one step, which stands where the last of them does.
+THOUGHTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("the exact strains and velocities", (*STRAINS, *VELOCITIES)),
+    *(
+        (f"order {n}: strains and velocities expanded, put in the balance laws and the tip conditions",
+         (*(f"{q}_{n}" for q in (*STRAINS, *VELOCITIES)), f"balance_{n}", f"tip_{n}"))
+        for n in (1, 2, 3)
+    ),
+    ("the mode forces x at order 2", ("f1_2", "b1_2", "x2")),
+    ("the two corrections and their tensions", ("X0", "X2", "P0", "P2")),
+    ("the forcing of order 3, its tip conditions made homogeneous",
+     ("f2_3", "f3_3", "t2_3", "t3_3", "transformed", "transformed_tip")),
+    ("the adjoint and its conditions", ("adjoint", "adjoint_clamp", "adjoint_tip", "concomitant")),
+)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Step:
     """One object on the way, and in words how it follows from those before it."""
 
     object: Object
     because: str
+
+
+@dataclass(frozen=True)
+class Thought:
+    """Steps that belong together, in their order; `title` says what they do."""
+
+    title: str
+    steps: tuple[Step, ...]
+
+
+def thoughts(name: str, derivation: Derivation) -> list[Thought]:
+    """The steps that lead to an object, grouped; none stands before what it is made from.
+
+    Raises:
+        KeyError: if nothing derived is called so.
+    """
+    steps = {step.object.name: step for step in explain(name, derivation)}
+    of = {n: title for title, names in THOUGHTS for n in names}
+    groups: dict[str, list[str]] = {}
+    for n in steps:
+        groups.setdefault(n if n == name else of.get(n, n), []).append(n)
+    home = {n: title for title, names in groups.items() for n in names}
+    order: dict[str, None] = {}
+
+    def visit(title: str) -> None:
+        for n in groups[title]:
+            for source in _sources(n):
+                if source in home and home[source] not in (title, *order):
+                    visit(home[source])
+        order[title] = None
+
+    visit(name)
+    return [
+        Thought(
+            title if title not in steps else steps[title].object.title, tuple(steps[n] for n in groups[title])
+        )
+        for title in order
+    ]
 
 
 def explain(name: str, derivation: Derivation) -> list[Step]:

@@ -74,16 +74,27 @@ def _point(name: str, parameters: Any, number: int, rod: Any) -> Point:
     tips = {
         ("Y", 0): 1.0, ("Y", 1): nu * mode.Theta_tip, ("H", 0): 0.0,
         ("Theta", 0): mode.Theta_tip, ("Theta", 1): 0.0,
-        ("Psi_Y", 0): adjoint.Psi_Y_tip, ("Psi_Theta", 0): _at_tip(adjoint.Psi_Theta, nodes),
+        ("Psi_Y", 0): adjoint.Psi_Y_tip, ("Psi_Theta", 0): _at_end(adjoint.Psi_Theta, nodes, 1),
     }  # fmt: skip
     return Point(name, constants, shapes, tips, nodes)
 
 
-def _at_tip(values: Complex, nodes: Nodes) -> complex:
-    """f(1) from the Legendre series through the nodes: P_k(1) = 1."""
+def _series(values: Complex, nodes: Nodes) -> Complex:
+    """The coefficients of the Legendre series through values at the nodes."""
     k = np.arange(len(nodes.u))
-    legendre = np.polynomial.legendre.legvander(2 * nodes.u - 1, len(nodes.u) - 1)
-    return complex(((2 * k + 1) * (legendre.T @ (nodes.weights * values))).sum())
+    matrix = np.polynomial.legendre.legvander(2 * nodes.u - 1, len(nodes.u) - 1)
+    return np.asarray((2 * k + 1) * (matrix.T @ (nodes.weights * values)))
+
+
+def _at_end(values: Complex, nodes: Nodes, place: int) -> complex:
+    """f(0) or f(1): P_k(±1) = (±1)^k."""
+    return complex(np.polynomial.legendre.legval(2 * place - 1, _series(values, nodes)))
+
+
+def _slope(values: Complex, nodes: Nodes) -> Complex:
+    """f' at the nodes."""
+    slopes = np.polynomial.legendre.legder(_series(values, nodes))
+    return np.asarray(2 * np.polynomial.legendre.legval(2 * nodes.u - 1, slopes))
 
 
 def effect(row: Row, notation: Notation, theory: Theory) -> dict[str, Any]:
@@ -161,5 +172,15 @@ class _Values:
             return np.sqrt(self(a.arg))
         if a.kind == "constant":
             return self.point.nodes.u if a.name == "u" else self.point.constants[a.name]
-        value = (self.shapes if a.place is None else self.tips)[a.name, a.u]
+        value = self._shape(a.name, a.u) if a.place is None else self._end(a.name, a.u, a.place)
         return np.conj(value) if a.bar else value
+
+    def _shape(self, name: str, u: int) -> Complex:
+        if (name, u) not in self.shapes:
+            self.shapes[name, u] = _slope(self._shape(name, u - 1), self.point.nodes)
+        return self.shapes[name, u]
+
+    def _end(self, name: str, u: int, place: int) -> complex:
+        if place == 1 and (name, u) in self.tips:
+            return self.tips[name, u]
+        return _at_end(self._shape(name, u), self.point.nodes, place)

@@ -28,7 +28,9 @@ DEFAULT_MAX_FORCE = 400
 FIRST_INTERVALS = 16  # of the scan in the force; bisection does the rest
 NARROWEST = 1e-9  # of the range: an interval not decided at this width holds a tangency
 MOST_SAMPLES = 200  # of the scan: 33 to 41 are usual, 70 where two thresholds nearly merge
-KEPT_FOR_ALL = 30  # eigenvalues taken when all crossings are asked for; else KEPT
+KEPT_FOR_ALL = 30  # eigenvalues taken, at least, when all crossings are asked for; else KEPT
+MOST_KEPT = 110  # more cost seconds a force, and those of largest modulus meet and part too often
+MORE_KEPT = 4  # beyond those that hold all unstable ones
 CONVERGED, MOST_STEPS = 1e-10, 20  # of Newton's method: relative move from which only round-off is left
 ROUNDING = 8  # rounding errors of a term of the determinant, in units of EPS
 BESIDE = 1e-3  # relative distance from a threshold at which unstable eigenvalues are counted
@@ -225,7 +227,7 @@ class Samples:
 
 def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Samples, list[Crossing]]:
     """All samples taken and all crossings seen; open intervals are bisected together until none is left."""
-    kept = KEPT_FOR_ALL if all_crossings else KEPT
+    kept = _kept_for_all(route, upper) if all_crossings else KEPT
 
     def sampled(force: Real) -> Samples:
         return Samples(force, *route.leading(force, kept))
@@ -244,6 +246,29 @@ def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Sampl
         if too_narrow or (left.force.size and len(seen.force) > MOST_SAMPLES):
             raise ComputationError(undecided(float(left.force[0])))
     return seen, crossings
+
+
+def _kept_for_all(route: Route, upper: float) -> int:
+    """So many that all unstable ones are among them: an eigenvalue that leaves them is not to be counted.
+
+    Of a rod soft in shear dozens are unstable, and as the force grows others have a smaller modulus.
+
+    Raises ComputationError where MOST_KEPT are too few.
+    """
+    forces = upper * np.arange(1, 5) / 4
+    unstable = np.array([route.unstable(force) for force in forces])
+    kept = KEPT_FOR_ALL
+    while kept <= MOST_KEPT:
+        eigenvalues, _ = route.leading(forces, kept)
+        seen = np.sum(eigenvalues[:, : kept - MORE_KEPT].real > 0, axis=1)
+        if np.all(seen == unstable):
+            return kept
+        taken, kept = kept, 3 * kept // 2
+    at = int(np.argmax(unstable - seen))
+    raise ComputationError(
+        f"at F = {forces[at]:.10g} the rod has {unstable[at]} unstable eigenvalues, and only {seen[at]} are "
+        f"among the {taken} of least modulus: too many to follow; search a smaller range (max_force)"
+    )
 
 
 def undecided(force: float) -> str:

@@ -34,6 +34,17 @@ def counts(rows: Iterable[Row]) -> dict[str, int]:
     return {s: found[s] for s in ("premise", "verified", "differs", "not decided")}
 
 
+def holds(equation: Equation, notation: Notation, theory: Theory) -> bool:
+    """Whether an equation is true, by itself or as a premise; no account is given of why."""
+    if isinstance(equation.body, Tuple):
+        return len(set(equation.body.items)) == len(equation.body.items)
+    low = Lowering(equation, notation, theory)
+    try:
+        return not any(reduced(low, p) for p in low.differences())
+    except (UndecidedError, ModelError, UnfitError, ZeroDivisionError):
+        return False
+
+
 def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
     """One equation: lowered, reduced, judged."""
     if isinstance(equation.body, Tuple):

@@ -148,10 +148,6 @@ class Letters:
             return int(node.value)
         raise UndecidedError("a place that is neither end of the rod")
 
-    def value(self, node: Node) -> Value:
-        """The value of a node (:class:`derivation.paper.lower.Lowering`)."""
-        raise NotImplementedError
-
     def _sym(self, s: Sym) -> Value:
         q, index = self.quantity_of(s)
         if q is None and s.name in self.indices:

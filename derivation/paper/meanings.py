@@ -25,6 +25,7 @@ from derivation.paper.algebra import (
     constant,
     exp,
     poly,
+    rational,
 )
 from derivation.paper.carry import from_ring
 from derivation.pipeline import Derivation
@@ -197,11 +198,16 @@ class Meanings:
         c = self.d.landau
         assert c.cubic is not None
         assert c.detuning is not None
-        norm = integral(from_ring(c.norm.integrand))
+        weight = self.norm.inverse()
         return {
-            "alpha": integral(from_ring(c.cubic.integrand)) * norm.inverse(),
-            "beta": integral(from_ring(c.detuning.integrand)) * norm.inverse(),
+            "alpha": integral(from_ring(c.cubic.integrand)) * weight,
+            "beta": integral(from_ring(c.detuning.integrand)) * weight,
         }
+
+    @cached_property
+    def norm(self) -> Poly:
+        """The denominator of alpha and beta."""
+        return integral(from_ring(self.d.landau.norm.integrand))
 
     def _of_model(self, e: Expr, *names: str) -> Poly:
         """A formula of the model, polynomial in its parameters and these quantities.
@@ -252,14 +258,17 @@ def _exact(p: Poly) -> Poly:
 
 
 def integral(p: Poly) -> Poly:
-    """int_0^1 p du as a sum of constants times integrals of single products: linear, hence decidable."""
+    """int_0^1 p du as constants times integrals of single products; those of powers of u are known."""
     total: list[tuple[Monomial, Any]] = []
     for m, c in p.terms.items():
         inside = frozenset(
             (a, e) for a, e in m if a == U or (a.kind in ("shape", "field", "exact") and a.place is None)
         )
         unit = Poly({inside: QQ_I.one})
-        total += (Poly({m - inside: c}) * atom(Atom("integral", arg=unit))).terms.items()
+        power = dict(inside).get(U, 0)
+        known = inside <= {(U, power)} and power >= 0
+        value = rational(1, power + 1) if known else atom(Atom("integral", arg=unit))
+        total += (Poly({m - inside: c}) * value).terms.items()
     return Poly.of(total)
 
 

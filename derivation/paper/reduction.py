@@ -14,10 +14,12 @@ from derivation.paper.algebra import (
     harmonic,
     rational,
 )
+from derivation.paper.byparts import by_parts
 from derivation.paper.kinds import is_identity, order_of, states_solution
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import normal_integrals
 from derivation.paper.syntax import Relation
+from derivation.paper.theory import Theory
 from derivation.paper.values import UnfitError
 
 #: The paper's step of the centred difference in the force.
@@ -103,9 +105,18 @@ def _coefficients(low: Lowering, p: Poly) -> Poly:
     theory = low.theory
     if any(a.kind == "integral" for a in p.atoms):
         p = p.map(lambda a: _conjugated(theory.landau.get(a.name), a) if a.kind == "constant" else None)
-        return cleared(normal_integrals(theory.canonical(theory.by_equations(p))))
+        p = normal_integrals(theory.canonical(theory.by_equations(p)))
+        return by_parts(theory, cleared(p.map(lambda a: _norm(theory, a))))
     parts = {s: constant(f"{s}_re") + I * constant(f"{s}_im") for s in ("alpha", "beta")}
     return cleared(p.map(lambda a: _conjugated(parts.get(a.name), a) if a.kind == "constant" else None))
+
+
+def _norm(theory: Theory, a: Atom) -> Poly | None:
+    """A denominator that is the norm after integration by parts, as the norm."""
+    norm = theory.norm
+    if a.kind != "inverse" or a.arg == norm or by_parts(theory, a.arg - norm):
+        return None
+    return norm.inverse()
 
 
 def _conjugated(p: Poly | None, a: Atom) -> Poly | None:

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from derivation.paper.edits import Edit, repairs
-from derivation.paper.ledger import decide
+from derivation.paper.ledger import holds
 from derivation.paper.mistakes import ZERO
 from derivation.paper.notation import Notation
 from derivation.paper.rows import Row
-from derivation.paper.syntax import Equation, Node, Relation, Rest, Sum, walk
+from derivation.paper.syntax import Equation, Expr, Node, Quot, Relation, Rest, Sum, walk
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import latex, tree
 
@@ -39,7 +39,7 @@ class Repair:
 def repair(row: Row, notation: Notation, theory: Theory) -> Repair | None:
     """The smallest single edit of the printed equation after which it holds; None if there is none."""
     for edit in islice(sorted(repairs(row.equation, notation), key=_size), TRIALS):
-        if _holds(decide(edit.equation, notation, theory)) and not _vacuous(edit.equation, notation, theory):
+        if holds(edit.equation, notation, theory) and not _vacuous(edit.equation, notation, theory):
             return Repair(edit.kind, _words(edit), _printed(edit.equation), edit.equation.body)
     return _missing_term(row, notation, theory)
 
@@ -54,11 +54,7 @@ def _vacuous(equation: Equation, notation: Notation, theory: Theory) -> bool:
     terms = [t for t in terms if t != ZERO and not isinstance(t, Rest)]
     nothing = Rest("nst") if Rest("nst") in walk(body) else ZERO
     single = (replace(equation, body=Relation(body.op, t, nothing)) for t in terms)
-    return len(terms) > 1 and all(_holds(decide(e, notation, theory)) for e in single)
-
-
-def _holds(row: Row) -> bool:
-    return row.status in ("premise", "verified")
+    return len(terms) > 1 and all(holds(e, notation, theory) for e in single)
 
 
 def _size(edit: Edit) -> tuple[bool, int]:
@@ -76,15 +72,24 @@ def _words(edit: Edit) -> str:
 
 
 def _missing_term(row: Row, notation: Notation, theory: Theory) -> Repair | None:
-    """Left minus right is what the right side lacks, where it is short."""
+    """Left minus right is what the right side lacks, or its numerator, where it is short."""
     body = row.equation.body
     if not isinstance(body, Relation) or not row.difference or len(row.difference.terms) > SHORT:
         return None
     lacking = tree(row.difference, notation)
     terms = lacking.terms if isinstance(lacking, Sum) else (lacking,)
-    right = body.right.terms if isinstance(body.right, Sum) else (body.right,)
-    whole = Relation(body.op, body.left, Sum((*right, *terms)))
-    return Repair("missing term", f"add {latex(lacking)} on the right", latex(whole), whole)
+    wholes: list[tuple[str, Expr]] = [("on the right", _with_terms(body.right, terms))]
+    if isinstance(body.right, Quot):
+        wholes.append(("in the numerator", replace(body.right, num=_with_terms(body.right.num, terms))))
+    for where, right in wholes:
+        whole = Relation(body.op, body.left, right)
+        if holds(replace(row.equation, body=whole), notation, theory):
+            return Repair("missing term", f"add {latex(lacking)} {where}", latex(whole), whole)
+    return None
+
+
+def _with_terms(side: Expr, terms: tuple[Expr, ...]) -> Sum:
+    return Sum((*(side.terms if isinstance(side, Sum) else (side,)), *terms))
 
 
 def _printed(equation: Equation) -> str:

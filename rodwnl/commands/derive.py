@@ -108,7 +108,7 @@ def _show(model: str | None, name: str, form: Format, order: int) -> int:
 def _explain(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
-    from derivation.explain import explain
+    from derivation.explain import thoughts
     from derivation.model import FOLLOWER
     from derivation.pipeline import derive
     from derivation.symbols import latex_names
@@ -118,13 +118,14 @@ def _explain(model: str | None, name: str, form: Format, order: int) -> int:
     known = objects(derivation)
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
-    for number, step in enumerate(explain(name, derivation), 1):
-        where = f" ({step.object.label})" if step.object.label else ""
-        print(f"{number}. {step.object.title}{where}, derivation/{step.object.stage}.py")
-        if step.because:
-            print(f"   {step.because}")
-        equations = step.object.equations
-        whole = equations if len(equations) > 1 else equations[0]
-        body = show(step.object.name, whole, form, latex_names())
-        print("\n".join(f"   {line}" for line in body.splitlines()), end="\n\n")
+    for number, thought in enumerate(thoughts(name, derivation), 1):
+        print(f"{number}. {thought.title[0].upper()}{thought.title[1:]}")
+        for step in thought.steps:
+            where = f" ({step.object.label})" if step.object.label else ""
+            print(f"   {step.object.name}{where}, derivation/{step.object.stage}.py: {step.because}")
+            equations = step.object.equations
+            whole = equations if len(equations) > 1 else equations[0]
+            body = show(step.object.name, whole, form, latex_names())
+            print("\n".join(f"      {line}" for line in body.splitlines()))
+        print()
     return 0

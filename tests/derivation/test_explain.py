@@ -3,7 +3,7 @@
 import pytest
 
 from derivation.catalogue import objects
-from derivation.explain import SOURCES, explain
+from derivation.explain import SOURCES, THOUGHTS, explain, thoughts
 from derivation.pipeline import derive
 
 
@@ -40,6 +40,21 @@ def test_what_was_eliminated(derivation):
     *_, last = explain("g1", derivation)
     for name in ("Y_uu", "X0_u", "X2_uu"):
         assert name in last.because
+
+
+@pytest.mark.parametrize("name", ["h2_3", "balance_2", "X2", "g1", "g4", "alpha", "alpha_kept", "A_tip"])
+def test_thoughts_hold_every_step_once_and_none_before_its_sources(name, derivation):
+    grouped = thoughts(name, derivation)
+    names = [step.object.name for thought in grouped for step in thought.steps]
+    assert sorted(names) == sorted(step.object.name for step in explain(name, derivation))
+    assert names[-1] == name
+    place = {step.object.name: k for k, thought in enumerate(grouped) for step in thought.steps}
+    assert all(place[s] <= place[n] for n in names for s in SOURCES.get(n, ()) if s in place)
+
+
+def test_the_cubic_forcing_takes_nine_thoughts(derivation):
+    assert len(thoughts("g1", derivation)) == 9
+    assert {n for _, names in THOUGHTS for n in names} <= set(objects(derivation))
 
 
 def test_an_unknown_object(derivation):

@@ -1,12 +1,19 @@
 """Thresholds: known answers, completeness, and what is refused."""
 
 from fractions import Fraction
+from itertools import pairwise
 
+import mpmath as mp
 import numpy as np
 import pytest
 
 from rodwnl import ComputationError, InputError, RodParameters, hopf_thresholds, spectrum
+from rodwnl.balls import BallNumbers, flint, working_bits
+from rodwnl.exact import refine_threshold
+from rodwnl.halfplane import count_right_of, unstable_region
 from rodwnl.inverse import inverse_operator, leading_eigenvalues
+from rodwnl.isolation import ball_rod
+from rodwnl.parameters import exact
 from rodwnl.quadrature import gauss_legendre
 
 # F_c and ω_c of the paper's four rows to 20 digits, from a 45-digit evaluation of the determinant
@@ -132,12 +139,40 @@ def test_the_default_range_ends_at_400():
     assert (search.max_force, search.range_cut) == (400, False)
 
 
-def test_eigenvalues_too_sensitive_to_be_followed_are_reported():
-    # 70 times the shear stiffness: the operator is far from normal, and 30 eigenvalues are asked for
-    rod = RodParameters("730.408", "6.77942", "1.24456e-8", "0.0713005")
-    with pytest.raises(ComputationError, match=r"too close to it or too sensitive; search up to there"):
-        hopf_thresholds(rod, 400, all_crossings=True)
-    assert len(hopf_thresholds(rod, 400)) == 1
+@pytest.mark.parametrize(("k1", "k2", "gamma3", "number"), [(20, 5, "1e-4", 1), (200, 5, "1", 14)])
+def test_the_crossings_of_a_soft_rod_are_all_there(k1, k2, gamma3, number):
+    rod = RodParameters(k1, k2, gamma3)
+    search = hopf_thresholds(rod, all_crossings=True)
+    crossings = (*search.thresholds, *search.later)
+    assert len(crossings) == number
+    with mp.workdps(30):
+        for t in crossings[:: max(1, number // 4)]:  # and the exact route has each of them
+            force, omega = refine_threshold(rod, mp.mpf(t.force), mp.mpf(t.omega))
+            assert abs(force - t.force) <= max(10 * t.force_error, 1e-12 * t.force)
+            assert abs(omega - t.omega) <= max(10 * t.omega_error, 1e-12 * t.omega)
+
+
+@pytest.mark.parametrize(("k1", "k2", "gamma3"), [(200, 5, "1"), (1000, 20, "1e-4")])
+def test_between_the_crossings_of_a_soft_rod_the_proved_counts_are_those_seen(k1, k2, gamma3):
+    pytest.importorskip("flint")
+    rod = RodParameters(k1, k2, gamma3)
+    search = hopf_thresholds(rod, all_crossings=True)
+    crossings = (*search.thresholds, *search.later)
+    with working_bits(128):
+        for t, following in list(pairwise(crossings))[:3]:
+            ball = ball_rod(rod, BallNumbers().number(exact("force", (t.force + following.force) / 2)))
+            region = unstable_region(ball, flint().arb(0))
+            assert count_right_of(ball, flint().arb(0), region) == t.unstable_above
+
+
+def test_more_unstable_eigenvalues_than_can_be_followed_are_reported(monkeypatch):
+    monkeypatch.setattr(spectrum, "MOST_KEPT", 60)
+    rod = RodParameters(1000, 5, "1e-4")
+    with pytest.raises(
+        ComputationError, match=r"at F = 400 the rod has 56 unstable eigenvalues, and only 2\d"
+    ):
+        hopf_thresholds(rod, all_crossings=True)
+    assert len(hopf_thresholds(rod)) == 1
 
 
 def test_a_negative_range_is_refused():

@@ -194,3 +194,74 @@ def test_an_error_replaces_its_link_of_the_chain(text, link, notation, theory):
 def test_an_error_in_a_prediction_leaves_the_coefficients_alone(notation, theory):
     row = one(r"R_*^2 = \frac{\operatorname{Re}(\beta)}{\operatorname{Re}(\alpha)}\Delta", notation, theory)
     assert "do not depend on it" in changed(row, notation, theory)
+
+
+NORM = r"\Psi_Y^* Y + \tilde\gamma_3\Psi_\Theta^*\Theta"
+ALPHA, BETA = r"\Psi_Y^* g_1 + \Psi_\Theta^* g_3", r"\Psi_Y^* g_2 + \Psi_\Theta^* g_4"
+
+
+def quotient(name, numerator, norm=NORM, after="", beside=""):
+    """alpha or beta with its integrals; what stands after them is no part of the integrands."""
+    above, below = (
+        rf"\int_0^1 ({numerator}) \mathrm{{d}}u {after}",
+        rf"\int_0^1 ({norm}) \mathrm{{d}}u {beside}",
+    )
+    return rf"\{name} = \frac{{{above}}}{{{below}}}"
+
+
+@pytest.mark.parametrize(
+    ("integrand", "derivative", "end"),
+    [
+        (BETA, r"(\Psi_Y^*)' \Theta + \Psi_Y^* \Theta'", r"\Psi_Y^*(1) \Theta(1)"),
+        (BETA, r"\tilde k_2 (\Psi_Y^*)' \Theta(1) u + \tilde k_2 \Psi_Y^* \Theta(1)",
+         r"\mu \Psi_\Theta^*(1) \Theta(1) - \mu\Psi_\Theta^*(1)\Theta(1) + \tilde k_2\Psi_Y^*(1)\Theta(1)"),
+        (ALPHA, r"(\Psi_Y^*)' Y^2 Y^* + 2 \Psi_Y^* Y Y' Y^* + \Psi_Y^* Y^2 (Y^*)'", r"\Psi_Y^*(1)"),
+        (ALPHA, r"(\Psi_Y^*)' X_2 \Theta^* + \Psi_Y^* X_2' \Theta^* + \Psi_Y^* X_2 (\Theta^*)'",
+         r"\Psi_Y^*(1) X_2(1) \Theta^*(1)"),
+        # with (Theta')' = i omega gamma3 Theta - mu H and Theta'(1) = 0, but Psi_Theta'(0) Theta'(0) stays
+        (BETA, r"(\Psi_\Theta^*)'' \Theta' + (\Psi_\Theta^*)' (i\omega_c\tilde\gamma_3\Theta - \mu H)",
+         r"(-(\Psi_\Theta^*)'(0) \Theta'(0))"),
+    ],
+)  # fmt: skip
+def test_integrals_are_equal_up_to_integration_by_parts(integrand, derivative, end, notation, theory):
+    name = "alpha" if integrand == ALPHA else "beta"
+    moved = f"{integrand} + {derivative}"
+    right = one(quotient(name, moved, after=f"- ({end})"), notation, theory)
+    assert (right.status, right.difference.terms) == ("verified", {})
+    for after in ("", f"+ ({end})", f"- 2 ({end})"):  # the boundary term lost, its sign, its factor
+        assert one(quotient(name, moved, after=after), notation, theory).status == "differs"
+    assert one(
+        quotient(name, f"{integrand} - {derivative}", after=f"- ({end})"), notation, theory
+    ).status == ("differs")
+
+
+def test_a_derivative_of_what_vanishes_at_both_ends_may_be_added(notation, theory):
+    moved = BETA + r" + (\Psi_Y^*)' \Theta' + \Psi_Y^* (i\omega_c\tilde\gamma_3\Theta - \mu H)"
+    assert one(quotient("beta", moved), notation, theory).status == "verified"
+    assert one(quotient("beta", moved.replace(r"- \mu H", r"+ \mu H")), notation, theory).status == "differs"
+
+
+def test_the_norm_may_be_integrated_by_parts(notation, theory):
+    norm = NORM + r" + (\Psi_Y^*)' \Theta + \Psi_Y^* \Theta'"
+    end = r"\Psi_Y^*(1) \Theta(1)"
+    assert one(quotient("alpha", ALPHA, norm, beside=f"- {end}"), notation, theory).status == "verified"
+    assert one(quotient("alpha", ALPHA, norm, beside=f"+ {end}"), notation, theory).status == "differs"
+
+
+@pytest.mark.parametrize(
+    ("after", "kind", "text"),
+    [
+        (r"+ \Psi_Y^*(1) \Theta(1)", "sign", r"-\Psi_Y^*(1) \Theta(1) for \Psi_Y^*(1) \Theta(1)"),
+        ("", "missing term", r"add -\Psi_Y^*(1) \Theta(1) in the numerator"),
+    ],
+)
+def test_a_wrong_boundary_term_is_named(after, kind, text, paper, notation, theory):
+    moved = BETA + r" + (\Psi_Y^*)' \Theta + \Psi_Y^* \Theta'"
+    row = one(quotient("beta", moved, after=after), notation, theory)
+    found = repair(row, notation, theory)
+    assert not any(a.kind == "integral" for a in row.difference.atoms)
+    assert (found.kind, text in found.text) == (kind, True)
+    assert not isinstance(changed(row, notation, theory), str)
+    whole = [replace(e, body=row.equation.body) if e.label == "eq:alphabetaformulas.2" else e
+             for e in paper.equations if display(e) == "eq:alphabetaformulas"]  # fmt: skip
+    assert [r.status for r in ledger(whole, notation, theory)] == ["verified", "differs"]

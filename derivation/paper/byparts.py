@@ -1,0 +1,355 @@
+r"""Integrals over the rod, equal up to integration by parts.
+
+Every shape obeys a linear equation of second order in u (those of X0 and X2 are forced by products of
+modes). So among integrals over products of shapes and powers of u, and products of end values,
+
+    int_0^1 q' du - q(1) + q(0) = 0,    q' reduced by the equations, q(1) and q(0) by the conditions there,
+
+are the relations there are, one for each product q. They are linear, their coefficients rational in the
+rod's parameters, and d/du leaves how often each mode occurs: the q that matter are finitely many. A sum of
+integrals and end values vanishes iff it is a combination of relations. Which ones it takes is seen by
+Gaussian elimination at one rod, modulo a prime. With these few it is reduced over the field of rational
+functions, and what is left there is what counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from hashlib import sha256
+from itertools import combinations_with_replacement, product
+from typing import Any, NamedTuple
+
+from sympy import QQ, QQ_I, symbols
+
+from derivation.paper.algebra import ONE, Atom, I, Monomial, Poly, U, atom, constant, poly
+from derivation.paper.meanings import integral
+from derivation.paper.theory import Theory
+from derivation.paper.values import UndecidedError
+
+#: How often a shape counts as the mode and as the conjugate mode.
+MODES = {"Y": (1, 0), "Theta": (1, 0), "X0": (1, 1), "X2": (2, 0)}
+ADJOINT = ("Psi_Y", "Psi_Theta")
+#: Shapes that the reflection u -> -u of the equations turns; d/du turns the others.
+ODD = ("Theta", "X0", "X2", "Psi_Theta")
+#: Of the integrands of alpha, beta, their norm and conjugates: how often modes, conjugate modes, adjoint
+#: modes and conjugate adjoint modes occur. Others are compared as they are printed.
+CONTENTS = {(2, 1, 0, 1), (1, 2, 1, 0), (1, 0, 0, 1), (0, 1, 1, 0), (0, 0, 0, 1), (0, 0, 1, 0)}
+#: Powers of u beyond those in the integrand: X0' and products such as that of Psi and Y hold constants.
+MORE_POWERS = 2
+#: Relations that a proof may take, and those with which a difference is brought to the ends to be shown.
+MOST, SHOWN = 40, 4
+PRIME = 2**61 - 1
+#: lambda = i omega: in it everything is real, so real and imaginary parts vanish separately.
+LAMBDA = Atom("constant", "lambda at the threshold")
+
+Vector = dict[Monomial, Any]
+"""Coefficients of integrals and of end values; in elimination these columns, and relations, are numbers."""
+
+
+class Family(NamedTuple):
+    """Integrands that d/du mixes: what occurs how often, parity under reflection, highest power of u."""
+
+    content: tuple[int, ...]
+    parity: int
+    power: int
+
+
+def by_parts(theory: Theory, p: Poly) -> Poly:
+    """What is left of a sum of integrals and end values; zero iff it vanishes.
+
+    Free of integrals if few integrations by parts bring them all to the ends, else as it was.
+
+    Raises:
+        UndecidedError: if it vanishes at one rod, but by more relations than can be handled for all rods.
+    """
+    columns = {c for m in p.terms if _integral_in(c := _split(m)[1])}
+    if not columns or not all(_is_known(c) for c in columns):
+        return p
+    left = poly(0)
+    for unit, part in zip((poly(1), I), _parts(p), strict=True):
+        rest = _reduced(theory, part)
+        if rest is None:
+            return p
+        left += unit * rest
+    return left.map(lambda a: I * constant("omega") if a == LAMBDA else None)
+
+
+def _reduced(theory: Theory, p: Poly) -> Poly | None:
+    """What is left of a p with real coefficients; None if integrals are."""
+    rest, used, idle = _at_one_rod(theory, p)
+    if any(map(_integral_in, rest)):
+        return None
+    left, more = Echelon([v for v, _ in idle], PRIME).reduced(rest, ends=True)
+    if not left:
+        used += [idle[k][1] for k in more]
+    count = sum(len(numbers) for _, _, numbers in used)
+    if left and count > SHOWN:
+        return None
+    if count > MOST:
+        raise UndecidedError(f"the integrals agree at one rod, by {count} integrations by parts")
+    taken = [Poly({factor: QQ_I.one}) * rows[k] for factor, rows, numbers in used for k in numbers]
+    functions = _Functions([p, *taken])
+    exact = Echelon([_vector(q, functions.of) for q in taken])
+    found, _ = exact.reduced(_vector(p, functions.of), ends=True)
+    return None if any(map(_integral_in, found)) else functions.polynomial(found)
+
+
+Used = tuple[Monomial, list[Poly], list[int]]
+"""A product of end values, relations to be multiplied by it, and the numbers of those that are used."""
+
+
+def _at_one_rod(theory: Theory, p: Poly) -> tuple[Vector, list[Used], list[tuple[Vector, Used]]]:
+    """p there without the integrals that go, the relations used, and what holds among end values alone."""
+    groups: dict[tuple[Monomial, tuple[int, ...], int], Vector] = {}
+    total: Vector = {}
+    for column, x in _vector(p, _residue).items():
+        a = _integral_in(column)
+        if a is None:
+            total[column] = x
+        else:
+            factor, family = column - {(a, 1)}, _family(a)
+            groups.setdefault((factor, *family[:2]), {})[frozenset([(a, 1)])] = x
+    used: list[Used] = []
+    idle: list[tuple[Vector, Used]] = []
+    for (factor, content, parity), v in groups.items():
+        highest = max(_family(a).power for c in v if (a := _integral_in(c)))
+        for power in range(highest, highest + MORE_POWERS + 1):
+            relations, echelon = _relations(theory, Family(content, parity, power))
+            rest, numbers = echelon.reduced(v, ends=False)
+            if not any(map(_integral_in, rest)):
+                break
+        used.append((factor, relations, numbers))
+        idle += [(_weighted(row, factor), (factor, relations, taken)) for row, taken in echelon.idle]
+        for column, x in _weighted(rest, factor).items():
+            total[column] = (total.get(column, 0) + x) % PRIME
+    return {c: x for c, x in total.items() if x}, used, idle
+
+
+def _weighted(v: Vector, factor: Monomial) -> Vector:
+    weight = Poly({factor: QQ_I.one})
+    return {next(iter((weight * Poly({c: QQ_I.one})).terms)): x for c, x in v.items()}
+
+
+class Echelon:
+    """Vectors over a field, each with a leading column that no later one has.
+
+    The entries are elements of the field or, with a modulus, integers modulo this prime. Columns are
+    numbered by rank; below zero stand the numbers of the vectors that a combination is made of.
+
+    Attributes:
+        idle: vectors that hold no integral, with the numbers of those they are made of.
+    """
+
+    def __init__(self, vectors: list[Vector], modulus: int | None = None) -> None:
+        self.modulus = modulus
+        self.columns = sorted({c for v in vectors for c in v}, key=_rank)
+        self.numbers = {c: k for k, c in enumerate(self.columns)}
+        self.rows: dict[int, dict[int, Any]] = {}
+        for k, v in enumerate(vectors):
+            row = self._reduced({self.numbers[c]: x for c, x in v.items()} | {-1 - k: 1}, 0)
+            if (lead := max(row)) >= 0:
+                inverse = 1 / row[lead] if modulus is None else pow(row[lead], -1, modulus)
+                self.rows[lead] = {n: self._in_field(x * inverse) for n, x in row.items()}
+        self.integrals = next((k for c, k in self.numbers.items() if _integral_in(c)), len(self.columns))
+        self.idle = [self._parted(row) for k, row in self.rows.items() if k < self.integrals]
+
+    def reduced(self, v: Vector, *, ends: bool) -> tuple[Vector, list[int]]:
+        """v without leading columns, of end values only if told so, and the numbers of what it took."""
+        others = {c: x for c, x in v.items() if c not in self.numbers}
+        if any(map(_integral_in, others)):
+            return v, []
+        known = {self.numbers[c]: x for c, x in v.items() if c in self.numbers}
+        row = self._reduced(known, 0 if ends else self.integrals)
+        rest, taken = self._parted(row)
+        return rest | others, taken
+
+    def _parted(self, row: dict[int, Any]) -> tuple[Vector, list[int]]:
+        return {self.columns[k]: x for k, x in row.items() if k >= 0}, [-1 - k for k in row if k < 0]
+
+    def _reduced(self, row: dict[int, Any], first: int) -> dict[int, Any]:
+        while leads := [k for k in row if k >= first and k in self.rows]:
+            times = row[lead := max(leads)]
+            for k, x in self.rows[lead].items():
+                value = self._in_field(row.get(k, 0) - times * x)
+                if value:
+                    row[k] = value
+                else:
+                    del row[k]
+        return row
+
+    def _in_field(self, x: Any) -> Any:
+        return x if self.modulus is None else x % self.modulus
+
+
+@cache
+def _rank(column: Monomial) -> tuple[Any, ...]:
+    """Integrals above end values; among them those with X0 and X2, high powers of u, many primes."""
+    a = _integral_in(column)
+    inside = dict(_inside(a)) if a else {}
+    forced = sum(e for b, e in inside.items() if b.name in ("X0", "X2"))
+    primes = sum(b.u * e for b, e in inside.items())
+    return a is not None, forced, inside.get(U, 0), primes, str(sorted(map(str, column)))
+
+
+def _relations(theory: Theory, family: Family) -> tuple[list[Poly], Echelon]:
+    """The relations between integrals of a family, and these reduced at one rod."""
+    made = theory.__dict__.setdefault("relations", {})
+    if family not in made:
+        relations = [
+            _relation(theory, q * atom(U) ** k)
+            for k in range(family.power + 1)
+            for q in _products(family.content, (family.parity + k + 1) % 2)
+        ]
+        made[family] = relations, Echelon([_vector(r, _residue) for r in relations], PRIME)
+    found: tuple[list[Poly], Echelon] = made[family]
+    return found
+
+
+def _relation(theory: Theory, q: Poly) -> Poly:
+    """int q' - q(1) + q(0)."""
+    slope, ends = (theory.canonical(theory.by_equations(p)) for p in (q.derive("u"), q.at(1) - q.at(0)))
+    real, imaginary = _parts(integral(slope) - ends)
+    if imaginary:
+        raise UndecidedError("the rod's equations are not real in lambda")
+    return real
+
+
+def _products(content: tuple[int, ...], parity: int) -> Iterator[Poly]:
+    """All products of shapes and their first derivatives of this content and parity, few primes first."""
+    plain, starred, psi, psi_bar = content
+    letters = [Atom("shape", s, u=k, bar=bar) for s in MODES for k in (0, 1) for bar in (False, True)]
+    modes = [m for n in range(plain + starred + 1) for m in combinations_with_replacement(letters, n)]
+    adjoint = [
+        combinations_with_replacement([Atom("shape", s, u=k, bar=bar) for s in ADJOINT for k in (0, 1)], n)
+        for bar, n in ((False, psi), (True, psi_bar))
+    ]
+    fitting = [m for m in modes if _content_of(m)[:2] == (plain, starred)]
+    found = [f for a, b, c in product(fitting, *adjoint) if _parity(f := (*a, *b, *c)) == parity]
+    for factors in sorted(found, key=lambda f: sum(a.u for a in f)):
+        q = poly(1)
+        for a in factors:
+            q = q * atom(a)
+        yield q
+
+
+def _content_of(factors: tuple[Atom, ...]) -> tuple[int, ...]:
+    """How often modes, conjugate modes, adjoint modes and conjugate adjoint modes occur."""
+    count = [0, 0, 0, 0]
+    for a in factors:
+        if a.name in ADJOINT:
+            count[2 + a.bar] += 1
+        else:
+            plain, starred = MODES[a.name]
+            count[0 + a.bar] += plain
+            count[1 - a.bar] += starred
+    return tuple(count)
+
+
+def _parity(factors: tuple[Atom, ...]) -> int:
+    """0 for a product that the reflection u -> -u of the equations leaves, 1 for one that it turns."""
+    return sum(a.u + (a.name in ODD) for a in factors) % 2
+
+
+def _family(a: Atom) -> Family:
+    """The family of an integral: power is that of its integrand."""
+    inside = dict(_inside(a))
+    power = inside.pop(U, 0)
+    factors = tuple(b for b, e in inside.items() for _ in range(e))
+    return Family(_content_of(factors), (_parity(factors) + power) % 2, power)
+
+
+def _is_known(column: Monomial) -> bool:
+    """One integral, over shapes of the theory as often as they occur there."""
+    integrals = [(a, e) for a, e in column if a.kind == "integral"]
+    if len(integrals) != 1 or integrals[0][1] != 1:
+        return False
+    a, _ = integrals[0]
+    letters = all(
+        e > 0 and (b == U or (b.kind == "shape" and b.name in (*MODES, *ADJOINT))) for b, e in _inside(a)
+    )
+    return letters and _family(a).content in CONTENTS
+
+
+def _integral_in(column: Monomial) -> Atom | None:
+    return next((a for a, _ in column if a.kind == "integral"), None)
+
+
+def _inside(a: Atom) -> Monomial:
+    (inside,) = a.arg.terms
+    found: Monomial = inside
+    return found
+
+
+def _split(m: Monomial) -> tuple[Monomial, Monomial]:
+    """Parameters, and what stands beside them."""
+    parameters = frozenset((a, e) for a, e in m if a.kind == "constant" and a != U)
+    return parameters, m - parameters
+
+
+def _parts(p: Poly) -> tuple[Poly, Poly]:
+    """Real and imaginary part of the coefficients, lambda in the place of omega."""
+    p = p.map(lambda a: -I * atom(LAMBDA) if a == Atom("constant", "omega") else None)
+    real = Poly.of((m, QQ_I(c.x, 0)) for m, c in p.terms.items())
+    return real, -I * (p - real)
+
+
+def _vector(p: Poly, coefficient: Callable[[Poly], Any]) -> Vector:
+    """p by what stands beside the parameters."""
+    sums: dict[Monomial, dict[Monomial, Any]] = {}
+    for m, c in p.terms.items():
+        parameters, rest = _split(m)
+        sums.setdefault(rest, {})[parameters] = c
+    found = {rest: coefficient(Poly(terms)) for rest, terms in sums.items()}
+    return {rest: x for rest, x in found.items() if x}
+
+
+def _residue(p: Poly) -> int:
+    """A function of the parameters at the one rod, whose numbers are made from their names."""
+    total = 0
+    for m, c in p.terms.items():
+        value = int(c.x.numerator) * pow(int(c.x.denominator), -1, PRIME)
+        for a, e in m:
+            value = value * pow(_value_of(a), e, PRIME) % PRIME
+        total += value
+    return total % PRIME
+
+
+@cache
+def _value_of(a: Atom) -> int:
+    return int.from_bytes(sha256(repr(a).encode()).digest()[:7])
+
+
+class _Functions:
+    """The field of rational functions in the parameters that occur."""
+
+    def __init__(self, polynomials: list[Poly]) -> None:
+        found = {a for p in polynomials for m in p.terms for a, _ in _split(m)[0]}
+        self.parameters = sorted(found | {LAMBDA}, key=repr)
+        self.field = QQ.frac_field(*symbols(f"p:{len(self.parameters)}"))
+
+    def of(self, p: Poly) -> Any:
+        gens = dict(zip(self.parameters, self.field.gens, strict=True))
+        total = self.field.zero
+        for m, c in p.terms.items():
+            term = self.field.convert(QQ(c.x.numerator, c.x.denominator))
+            for a, e in m:
+                term = term * gens[a] ** e
+            total += term
+        return total
+
+    def polynomial(self, v: Vector) -> Poly:
+        """A vector with entries in the field as a polynomial again."""
+        total = poly(0)
+        for rest, x in v.items():
+            total += Poly({rest: QQ_I.one}) * self._poly(x.numer) * self._poly(x.denom).inverse()
+        return total
+
+    def _poly(self, q: Any) -> Poly:
+        total = poly(0)
+        for exponents, c in q.terms():
+            term = Poly({ONE: QQ_I(c, 0)})
+            for a, e in zip(self.parameters, exponents, strict=True):
+                term = term * atom(a) ** e
+            total += term
+        return total

@@ -20,6 +20,7 @@ from rodwnl.order_report import exact_order_entry, print_exact_order
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text
 from rodwnl.report import document, exact_scale, heading, sentences
+from rodwnl.uniformrod import require_uniform
 
 if TYPE_CHECKING:
     from rodwnl.certified import CertifiedThreshold
@@ -50,7 +51,7 @@ def print_precise(
     """
     from rodwnl.spectrum import hopf_thresholds
 
-    rod.require_plain("--certified" if certified else "--digits" if dialect is None else "--convention")
+    require_uniform(rod, "--certified" if certified else "--digits" if dialect is None else "--convention")
     if certified and dialect:
         raise InputError("--convention converts numbers, not balls: leave out --certified")
     if complete and not certified:

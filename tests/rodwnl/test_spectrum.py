@@ -154,8 +154,8 @@ def test_a_crossing_that_the_scan_did_not_see_is_reported(monkeypatch):
     scan = spectrum.scan
 
     def forgetful(*arguments):
-        samples, crossings = scan(*arguments)
-        return samples, sorted(crossings)[1:]
+        samples, crossings, touches = scan(*arguments)
+        return samples, sorted(crossings)[1:], touches
 
     monkeypatch.setattr(spectrum, "scan", forgetful)
     with pytest.raises(ComputationError, match="one was missed"):

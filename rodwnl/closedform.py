@@ -138,7 +138,7 @@ def critical_mode(state: CriticalState) -> Mode:
 
 
 def adjoint_mode(state: CriticalState) -> Adjoint:
-    """Ψ from the clamp, the first adjoint tip condition and Ψ_Y(1) = 1, at the eigenvalue λ*: exponents r*."""
+    """Ψ from the clamp, the first adjoint tip condition and Ψ_Y(1) = 1; eigenvalue λ*, exponents r*."""
     keys, lam = [state.exponents.conjugate(key) for key in _mode_keys(state)], state.lam.conjugate()
     c, defect = _amplitudes(state, keys, boundary_rows(state, "adjoint_boundary_column", lam, keys))
     Psi_Y, Psi_Theta, _ = _mode_fields(state, keys, c, lam)

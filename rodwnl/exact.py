@@ -139,8 +139,8 @@ def _require_consistent(c: Coefficients, digits: int) -> None:
     name, worst = max(c.residuals.items(), key=lambda item: item[1])
     if worst > mp.mpf(10) ** -(digits // 2 + 1):
         raise ComputationError(
-            f"at the threshold near force {mp.nstr(c.force, 8)} the residual {name!r} is {mp.nstr(worst, 2)}: "
-            f"the formulas contradict each other; compute this rod in double precision"
+            f"at the threshold near force {mp.nstr(c.force, 8)} the formulas contradict each other (residual "
+            f"{name!r}: {mp.nstr(worst, 2)}); compute this rod in double precision"
         )
 
 

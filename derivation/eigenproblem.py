@@ -80,8 +80,8 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
     shear = letters.cancel(r * theta.denominator - ring["nu"] * theta.numerator, theta.denominator)
     one = Fraction(ring.one, ring.one)
 
-    def at_tip(p: PolyElement, shapes: tuple[str, str]) -> Fraction:
-        a, b = _symbol(p, ring, shapes)
+    def at_tip(p: PolyElement, shapes: tuple[str, str], adjoint: bool = False) -> Fraction:
+        a, b = _symbol(p, ring, shapes, adjoint)
         return letters.cancel(e * (a * theta.denominator + b * theta.numerator), theta.denominator)
 
     # Tip stresses divided by their stiffness: H(1) and Theta'(1) under the plain follower.
@@ -96,19 +96,25 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
         theta,
         shear,
         (one, theta, *tip),
-        (one, theta, *(at_tip(p, ("Psi_Y", "Psi_Theta")) for p in adjoint.tip)),
+        (one, theta, *(at_tip(p, ("Psi_Y", "Psi_Theta"), adjoint=True) for p in adjoint.tip)),
     )
 
 
-def _symbol(row: PolyElement, ring: JetRing, shapes: tuple[str, str]) -> tuple[PolyElement, ...]:
-    """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes lambda."""
+def _symbol(
+    row: PolyElement, ring: JetRing, shapes: tuple[str, str], adjoint: bool = False
+) -> tuple[PolyElement, ...]:
+    """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes lambda.
+
+    In a row of the adjoint problem lambda stands for the conjugate, so there it is -i omega.
+    """
+    omega = (ring.i if adjoint else -ring.i) * ring["lam"]
     jets = {s + ("_" + "u" * k if k else ""): (s, ring["r"] ** k) for s in shapes for k in range(3)}
     entries = []
     for s in shapes:
         images = {}
         for g, symbol in zip(row.ring.gens, row.ring.symbols, strict=True):
             if symbol.name == "omega":
-                images[g] = -ring.i * ring["lam"]
+                images[g] = omega
             elif symbol.name not in ring:
                 owner, power = jets.get(symbol.name, ("", ring.zero))
                 images[g] = power if owner == s else ring.zero

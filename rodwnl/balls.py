@@ -6,13 +6,17 @@ a quotient infinite and a comparison false: then nothing is proved, and nothing 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
 
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.fields import Scalar, moment
+from rodwnl.uniformrod import Balance
+
+NARROWEST_STRETCH = 50  # the first X around the float64 stretch has the radius 2^−50
+MOST_PIECES = 1000  # of an interval of stretches, before the proof is given up
 
 
 def flint() -> Any:
@@ -38,6 +42,17 @@ def working_bits(bits: int) -> Iterator[None]:
         context.prec, context.cap = before
 
 
+@contextmanager
+def series_terms(count: int) -> Iterator[None]:
+    """The number of terms that series carry inside a `with` block."""
+    context = flint().ctx
+    before, context.cap = context.cap, count
+    try:
+        yield
+    finally:
+        context.cap = before
+
+
 class BallNumbers:
     """Complex balls (acb) at the working precision of the moment, for rodwnl/closedform.py."""
 
@@ -51,6 +66,29 @@ class BallNumbers:
     def sqrt(self, z: Scalar) -> Scalar:
         return square_root(z)
 
+    def log(self, z: Scalar) -> Scalar:
+        return z.log()
+
+    def sin(self, z: Scalar) -> Scalar:
+        return z.sin()
+
+    def cos(self, z: Scalar) -> Scalar:
+        return z.cos()
+
+    def stretch(self, force: Scalar, balance: Balance, start: Callable[[float], float]) -> Scalar:
+        """ν for every force of a ball (or of a series in one): dν/dF = −1/K1, so it lies between the ends'.
+
+        Proved is K1 > 0 from ν to 1: there is no other ν between, and this one belongs to the unloaded rod.
+        """
+        f = flint()
+        F = leading(force).real
+        ends = [_stretch_at(f.acb(end), balance, start) for end in (F.lower(), F.upper())]
+        nu = ends[0].union(ends[1])
+        _require_positive(lambda x: balance(f.acb(F), f.acb(x))[1].real, nu.union(f.arb(1)))
+        if force is leading(force):
+            return f.acb(nu)
+        return f.acb_series([nu, -force[1] / balance(f.acb(F), f.acb(nu))[1]])
+
     def moment(self, p: int, a: Scalar) -> Scalar:
         """∫₀¹ u^p e^{au} du = ₁F₁(p+1; p+2; a)/(p+1), or by parts where a is surely not small."""
         if a.abs_lower() > p + 1:
@@ -62,6 +100,48 @@ class BallNumbers:
         if (a - b).contains(0):
             raise ComputationError("two exponents are too close to tell whether they coincide (a resonance)")
         return False
+
+
+def _stretch_at(force: Scalar, balance: Balance, start: Callable[[float], float]) -> Scalar:
+    """ν under one force: N(X) = m − (F1(m) + F)/K1(X) inside X proves one solution in X, and that N has it.
+
+    (Interval Newton; Moore 1966.) Raises ComputationError where no X is found.
+    """
+    f = flint()
+
+    def newton(X: Scalar) -> Scalar:
+        middle = f.acb(X.mid())
+        return X.mid() - (balance(force, middle)[0] / balance(force, f.acb(X))[1]).real
+
+    try:
+        near = f.arb(start(float(force.real.mid())))
+    except InputError as error:
+        raise ComputationError(str(error)) from None
+    for n in range(NARROWEST_STRETCH, 0, -4):
+        X = f.arb(near.mid(), f.arb(2) ** -n)
+        inner = newton(X)
+        if not X.contains_interior(inner):
+            continue
+        while inner.rad() < X.rad() / 2:
+            X = inner
+            inner = newton(X)
+        return X.intersection(inner)
+    raise ComputationError(f"no straight rod is proved to exist under force {force.real.str(8)}")
+
+
+def _require_positive(value: Callable[[Scalar], Scalar], interval: Scalar) -> None:
+    """K1 > 0 on an interval of ν, cut until each piece shows it, or ComputationError."""
+    pieces, stack = 0, [interval]
+    while stack:
+        piece = stack.pop()
+        pieces += 1
+        if not value(piece) > 0:
+            if pieces > MOST_PIECES:
+                raise ComputationError(
+                    f"the stretch stiffness may vanish for a stretch in {piece.str(6)}, between the straight "
+                    f"rod's and 1"
+                )
+            stack += [piece.lower().union(piece.mid()), piece.mid().union(piece.upper())]
 
 
 def square_root(z: Scalar) -> Scalar:

@@ -22,9 +22,12 @@ from rodwnl.closedform import coefficients, critical_state
 from rodwnl.errors import ComputationError
 from rodwnl.exact import checked_digits
 from rodwnl.fields import Scalar
-from rodwnl.halfplane import BallRod, count_right_of, unstable_region
-from rodwnl.isolation import Box, DecimalBox, ball_rod, eigenvalue_slope, tight_box, uniqueness_box
+from rodwnl.halfplane import count_right_of, unstable_region
+from rodwnl.isolation import Box, DecimalBox, eigenvalue_slope, tight_box, uniqueness_box
+from rodwnl.linearrod import LinearRod, linear_rod, require_form
 from rodwnl.parameters import RodParameters
+from rodwnl.straightrod import arguments
+from rodwnl.uniformrod import require_uniform
 
 GUARD = 20  # digits carried beyond those asked for, at first; doubled where they do not suffice
 ATTEMPTS = 6
@@ -82,8 +85,10 @@ def certify_threshold(rod: RodParameters, force: float, omega: float, digits: in
     that failed.
     """
     digits = checked_digits(digits)
-    rod.require_plain("a certificate")
+    require_uniform(rod, "a certificate")
     flint()
+    with working_bits(COUNT_BITS), _step("the form of the linear problem"):
+        require_form(rod, flint().arb(force))
     with working_bits(COUNT_BITS), _step("existence and uniqueness of the threshold"):
         unique_in = uniqueness_box(rod, force, omega)
     found = _enclosures_to(rod, force, omega, digits, unique_in)
@@ -92,25 +97,36 @@ def certify_threshold(rod: RodParameters, force: float, omega: float, digits: in
             f"beta = {found.beta.str(9)} contradicts dλ/dF = {found.slope.str(9)}: a mistake in rodwnl"
         )
     with working_bits(COUNT_BITS), _step("the count of unstable eigenvalues"):
-        unstable = _unstable_besides_the_pair(ball_rod(rod, found.box.force), found.box.omega)
+        unstable = _unstable_besides_the_pair(linear_rod(rod, found.box.force), found.box.omega)
     crossing: Crossing = "destabilizing" if found.beta.real > 0 else "restabilizing"
     criticality: Criticality = "supercritical" if found.alpha.real < 0 else "subcritical"
     return CertifiedThreshold(
         found.box.force, found.box.omega,
         (found.alpha.real, found.alpha.imag), (found.beta.real, found.beta.imag), *found.slopes,
         crossing, criticality, unstable, unique_in,
-        _statements(unique_in, unstable, crossing, criticality), digits,
+        _statements(rod, unique_in, unstable, crossing, criticality), digits,
     )  # fmt: skip
 
 
+def _straight_statement(rod: RodParameters) -> tuple[str, ...]:
+    """What is proved of a stretch that is not explicit in the force (`BallNumbers.stretch`)."""
+    if "nu" not in arguments(kernels.load(rod.model).straight_rod):
+        return ()
+    return (
+        "under each of these forces there is a straight rod whose stretch stiffness is positive for every "
+        "stretch from its own to 1, so none between holds the balance too",
+    )
+
+
 def _statements(
-    unique_in: DecimalBox, unstable: int, crossing: Crossing, criticality: Criticality
+    rod: RodParameters, unique_in: DecimalBox, unstable: int, crossing: Crossing, criticality: Criticality
 ) -> tuple[str, ...]:
     direction = "from left to right" if crossing == "destabilizing" else "from right to left"
     count = {0: "no eigenvalue has", 1: "one eigenvalue has"}.get(unstable, f"{unstable} eigenvalues have")
     return (
         f"for force in {' +/- '.join(unique_in.force)} and omega in {' +/- '.join(unique_in.omega)} there is "
         "one and only one pair (force, omega) such that i omega is an eigenvalue",
+        *_straight_statement(rod),
         f"there i omega is a simple eigenvalue, and it crosses the imaginary axis {direction} as the force "
         "grows, with the speed Re beta, which is not 0",
         f"besides ±i omega {count} Re lambda >= 0 there: the crossing pair is "
@@ -159,7 +175,7 @@ def _enclosures(
         with _step("an enclosure of the threshold"):
             box = tight_box(rod, force, omega, working, unique_in.balls)
         with _step("a simple eigenvalue that crosses the axis"):
-            slope = eigenvalue_slope(ball_rod(rod, box.force), box.omega)
+            slope = eigenvalue_slope(rod, box)
         with _step("enclosures of alpha and beta"):
             found = coefficients(critical_state(rod, acb(box.force), acb(box.omega), BallNumbers()))
             a, b = found.alpha, found.beta
@@ -173,7 +189,7 @@ def _enclosures(
     return _Enclosures(box, a, b, (A_tip2_slope, omega_slope), slope)
 
 
-def _unstable_besides_the_pair(rod: BallRod, omega: Scalar) -> int:
+def _unstable_besides_the_pair(rod: LinearRod, omega: Scalar) -> int:
     """The number of eigenvalues with Re λ >= 0 other than ±iω, which must be alone in |Re λ| <= δ."""
     for n in STRIP:
         margin = (omega / 2**n).mid()

@@ -11,38 +11,37 @@ Dimensionless throughout: lengths in L, times in γ2L⁴/k3, forces in k3/L².
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
-from rodwnl import kernels
-from rodwnl.fields import Arithmetic, Exponents, Field, Key, Scalar, two_point
-from rodwnl.parameters import RodParameters
-
-
-class Numbers(Arithmetic, Protocol):
-    """Arithmetic with square roots, that knows the exact rationals which a rod is made of."""
-
-    def number(self, value: Fraction) -> Scalar: ...
-    def sqrt(self, z: Scalar) -> Scalar: ...
+from rodwnl.fields import Exponents, Field, Key, Scalar, two_point
+from rodwnl.parameters import PLAIN, RodParameters
+from rodwnl.straightrod import StraightRod
+from rodwnl.uniformrod import Numbers, uniform_rod
 
 
 @dataclass(frozen=True)
 class CriticalState:
     """A rod at a threshold, in one kind of number, and the exponents that occur there.
 
-    exponents: generators r1, r2 (of the mode) and s, s² = 2iωγ1/k1 (of X2).
+    exponents: generators r1, r2 (of the mode) and s, K1 s² = c, of X2. Calling it with the name of an emitted
+    function evaluates that at λ = iω. by_g: whether α and β are split as g1…g4 split them, not by rows.
     """
 
     numbers: Numbers
-    k1: Scalar
-    k2: Scalar
-    gamma3: Scalar
-    gamma1: Scalar
-    force: Scalar
+    straight: StraightRod
     omega: Scalar
     exponents: Exponents
+    by_g: bool = False
+
+    def __call__(self, name: str, **fields: Any) -> Any:
+        return self.straight(name, **{"lam": self.lam, **fields})
+
+    @property
+    def force(self) -> Scalar:
+        return self.straight.force
 
     @property
     def lam(self) -> Scalar:
@@ -52,7 +51,7 @@ class CriticalState:
 
 @dataclass(frozen=True)
 class Mode:
-    """The critical mode, Y(1) = 1; `defect` is what remains of Θ'(1) = 0, which was not imposed."""
+    """The critical mode, Y(1) = 1; `defect` is what remains of the second tip condition, not imposed."""
 
     Y: Field
     Theta: Field
@@ -60,14 +59,24 @@ class Mode:
     H: Field
     defect: Scalar
 
+    def named(self) -> dict[str, Any]:
+        """The fields and tip values by the names that emitted functions use."""
+        fields = {"Y": self.Y, "Theta": self.Theta, "Theta_u": self.Theta_u, "H": self.H}
+        return fields | {"Y_tip": self.Y.at_tip(), "Theta_tip": self.Theta.at_tip()}
+
 
 @dataclass(frozen=True)
 class Adjoint:
-    """The adjoint mode, Ψ_Y(1) = 1; `defect` is what remains of Ψ_Θ'(1) + FΨ_Y(1) = 0."""
+    """The adjoint mode, Ψ_Y(1) = 1; `defect` is what remains of the second tip condition."""
 
     Psi_Y: Field
     Psi_Theta: Field
     defect: Scalar
+
+    def named(self) -> dict[str, Any]:
+        """As `Mode.named`."""
+        tips = {"Psi_Y_tip": self.Psi_Y.at_tip(), "Psi_Theta_tip": self.Psi_Theta.at_tip()}
+        return {"Psi_Y": self.Psi_Y, "Psi_Theta": self.Psi_Theta, **tips}
 
 
 @dataclass(frozen=True)
@@ -84,7 +93,8 @@ class Corrections:
 class Coefficients:
     """α, β of dA/dT = α|A|²A + βΔA and the residuals behind them, in one kind of number.
 
-    alpha_parts, beta_parts: what (g1, g3) and (g2, g4) contribute.
+    alpha_parts, beta_parts: what the rows of y and θ contribute; of the plain rod what (g1, g3) and (g2, g4)
+    do.
     """
 
     force: Scalar
@@ -97,34 +107,40 @@ class Coefficients:
 
 
 def critical_state(rod: RodParameters, force: Scalar, omega: Scalar, numbers: Numbers) -> CriticalState:
-    """The rod's numbers and exponents at λ = iω.
+    """The rod's numbers and exponents at λ = iω; raises what `uniform_rod` raises.
 
-    The two roots r² never coincide there: their discriminant (μF − λ − k2γ3λ)² − 4k2λ(μν + γ3λ) has the
-    imaginary part −2ωμ(F(1 + k2γ3) + 2k2ν) < 0.
+    The two roots r² never coincide there: their discriminant (λ(K2wθ + K3wy) − μF)² − 4K2K3λwy(λwθ + μν) has
+    the imaginary part −2ωμ(F(K2wθ + K3wy) + 2K2K3νwy) < 0.
     """
-    k1, k2, gamma3, gamma1 = (numbers.number(p) for p in (rod.k1, rod.k2, rod.gamma3, rod.gamma1))
+    straight = uniform_rod(rod, force, numbers)
     lam = omega * 1j
-    c4, c2, c0 = kernels.exponent_polynomial(lam, k1, k2, gamma3, force)
+    axial = straight("X2_operator", lam=lam) / straight("stretch_stiffness")
+    squares = (*squared_exponents(straight, lam, numbers), axial)
+    exponents = Exponents([numbers.sqrt(z) for z in squares], numbers)
+    return CriticalState(numbers, straight, omega, exponents, by_g=rod.model == PLAIN)
+
+
+def squared_exponents(straight: StraightRod, lam: Scalar, numbers: Numbers) -> tuple[Scalar, Scalar]:
+    """The two r² of the exponentials e^{ru} that solve the linear problem at this eigenvalue."""
+    c4, c2, c0 = straight("exponent_polynomial", lam=lam)
     half, root = -c2 / (2 * c4), numbers.sqrt(c2 * c2 - 4 * c4 * c0) / (2 * c4)
     # the larger of half ± root loses nothing; the other one follows from r1² r2² = c0/c4
     larger = half + root if abs(half + root) > abs(half - root) else half - root
-    squares = (larger, c0 / (c4 * larger), 2 * lam * gamma1 / k1)
-    exponents = Exponents([numbers.sqrt(z) for z in squares], numbers)
-    return CriticalState(numbers, k1, k2, gamma3, gamma1, force, omega, exponents)
+    return larger, c0 / (c4 * larger)
 
 
 def critical_mode(state: CriticalState) -> Mode:
-    """Y, Θ, H from Y(0) = Θ(0) = H(1) = 0 and Y(1) = 1; the fourth condition holds at a threshold."""
+    """Y, Θ, H from the clamp, the first tip condition and Y(1) = 1; the second holds at a threshold."""
     keys = _mode_keys(state)
-    c, defect = _amplitudes(state, keys, boundary_rows(state, kernels.boundary_column, state.lam))
+    c, defect = _amplitudes(state, keys, boundary_rows(state, "boundary_column", state.lam))
     Y, Theta, H = _mode_fields(state, keys, c, state.lam)
     return Mode(Y, Theta, Theta.derivative(), H, defect)
 
 
 def adjoint_mode(state: CriticalState) -> Adjoint:
-    """Ψ from Ψ_Y(0) = Ψ_Θ(0) = 0, k2Ψ_Y'(1) = μΨ_Θ(1) and Ψ_Y(1) = 1, at the eigenvalue λ*: exponents r*."""
+    """Ψ from the clamp, the first adjoint tip condition and Ψ_Y(1) = 1; eigenvalue λ*, exponents r*."""
     keys, lam = [state.exponents.conjugate(key) for key in _mode_keys(state)], state.lam.conjugate()
-    c, defect = _amplitudes(state, keys, boundary_rows(state, kernels.adjoint_boundary_column, lam, keys))
+    c, defect = _amplitudes(state, keys, boundary_rows(state, "adjoint_boundary_column", lam, keys))
     Psi_Y, Psi_Theta, _ = _mode_fields(state, keys, c, lam)
     return Adjoint(Psi_Y, Psi_Theta, defect)
 
@@ -135,13 +151,13 @@ def _mode_keys(state: CriticalState) -> list[Key]:
 
 
 def boundary_rows(
-    state: CriticalState, column: Callable[..., Any], lam: Scalar, keys: list[Key] | None = None
+    state: CriticalState, column: str, lam: Scalar, keys: list[Key] | None = None
 ) -> list[list[Scalar]]:
     """The four boundary conditions (rows) of the four exponentials (columns), from an emitted column."""
     columns = []
     for key in keys or _mode_keys(state):
         r = state.exponents.value(key)
-        columns.append(column(r, state.numbers.exp(r), lam, state.k1, state.k2, state.force))
+        columns.append(state(column, r=r, exp_r=state.numbers.exp(r), lam=lam))
     return [list(row) for row in zip(*columns, strict=True)]
 
 
@@ -175,8 +191,7 @@ def _mode_fields(
     Y: dict[Key, Scalar] = dict(zip(keys, c, strict=True))
     Theta, H = {}, {}
     for key in keys:
-        r = state.exponents.value(key)
-        by_Y = kernels.mode_amplitudes(r, lam, state.k1, state.k2, state.force)
+        by_Y = state("mode_amplitudes", r=state.exponents.value(key), lam=lam)
         Theta[key], H[key] = (Y[key] * ratio for ratio in by_Y)
     Y_field, Theta_field, H_field = (
         state.exponents.field({key: (x,) for key, x in terms.items()}) for terms in (Y, Theta, H)
@@ -185,62 +200,82 @@ def _mode_fields(
 
 
 def second_order(state: CriticalState, mode: Mode) -> Corrections:
-    """X0 and X2, k1X0'' = f0 and k1X2'' − 2iωγ1X2 = f2 with their tip slopes, and the tensions P0 and P2."""
-    s, k1, force = state, state.k1, state.force
-    fields = (mode.Y, mode.Theta, mode.Theta_u, mode.H)
-    Theta_tip = mode.Theta.at_tip()
-    f0 = kernels.X0_forcing(*fields, s.lam, k1, s.k2, s.gamma1, force)
-    f2 = kernels.X2_forcing(*fields, s.lam, k1, s.k2, s.gamma1, force)
-    X0 = two_point(f0 / k1, s.exponents.zero, kernels.X0_tip_slope(Theta_tip, k1, force))
-    X2 = two_point(f2 / k1, s.exponents.key(2), kernels.X2_tip_slope(Theta_tip, k1, force))
-    P0 = kernels.P0(mode.Theta, mode.H, X0.derivative(), k1, force)
-    P2 = kernels.P2(mode.Theta, mode.H, X2.derivative(), k1, force)
-    return Corrections(X0, X2, P0, P2)
+    """X0, X2 and the tensions P0, P2: K1 X'' = c X + f, X(0) = 0, S X(1) + S_u X'(1) = S_u·slope.
+
+    c belongs to the drag of X2, S to a load with drag at the tip.
+    """
+    given = mode.named()
+    K1, found = state("stretch_stiffness"), {}
+    for harmonic, root in ((0, state.exponents.zero), (2, state.exponents.key(2))):
+        x = f"X{harmonic}"
+        S, S_u = state("x_tip_row", lam=harmonic * state.lam)
+        forcing = state.exponents.promoted(state(f"{x}_forcing", **given))
+        found[x] = two_point(forcing / K1, root, state(f"{x}_tip_slope", **given), S / S_u)
+        found[f"{x}_u"] = found[x].derivative()
+    P0, P2 = (state(name, **given, **found) for name in ("P0", "P2"))
+    return Corrections(found["X0"], found["X2"], P0, P2)
 
 
 def coefficients(state: CriticalState) -> Coefficients:
-    """α = ∫(Ψ_Y* g1 + Ψ_Θ* g3)/∫(Ψ_Y* Y + γ3Ψ_Θ* Θ), and β the same with g2 and g4."""
-    s, mode, adjoint = state, critical_mode(state), adjoint_mode(state)
+    """α = (∫Ψ†(cubic rows) + tip)/(∫Ψ†Γ(Y, Θ) + tip), and β the same with the rows of the detuning.
+
+    Where the load follows, α = ∫(Ψ_Y* g1 + Ψ_Θ* g3)/∫Ψ†Γ(Y, Θ) as well, and β with g2 and g4.
+    """
+    mode, adjoint = critical_mode(state), adjoint_mode(state)
     X = second_order(state, mode)
-    Y, Theta, Theta_u, H = mode.Y, mode.Theta, mode.Theta_u, mode.H
-    Psi = adjoint.Psi_Y, adjoint.Psi_Theta
-    Theta_tip, u = Theta.at_tip(), s.exponents.u(s.k1 / s.k1)
-    g1 = kernels.g1(Y, Theta, Theta_u, H, X.X2, X.P0, X.P2, s.lam, s.k1, s.k2, s.gamma1)
-    g2 = kernels.g2(u, Theta_u, Theta_tip, s.lam, s.k1, s.k2)
-    g3 = kernels.g3(Theta, Theta_u, H, X.P0, X.P2, s.k1, s.k2, s.force)
-    g4 = kernels.g4(Theta, H, Theta_tip, s.k1, s.k2, s.force)
-    norm = kernels.norm_integrand(*Psi, Y, Theta, s.gamma3).integral()
-    zero = s.exponents.field({})
-    by_g1, by_g3 = (kernels.alpha_integrand(*Psi, *g).integral() / norm for g in ((g1, zero), (zero, g3)))
-    by_g2, by_g4 = (kernels.beta_integrand(*Psi, *g).integral() / norm for g in ((g2, zero), (zero, g4)))
-    alpha, beta = by_g1 + by_g3, by_g2 + by_g4
-    residuals = {"mode": abs(mode.defect), "adjoint": abs(adjoint.defect)}
-    residuals |= _tension_defects(s, mode, X)
-    residuals |= _other_route(s, mode, adjoint, X, alpha * norm, beta * norm)
-    return Coefficients(s.force, s.omega, alpha, beta, (by_g1, by_g3), (by_g2, by_g4), residuals)
+    given = mode.named() | adjoint.named() | vars(X)
+    given["u"] = state.exponents.u(state.numbers.number(Fraction(1)))
+    norm = _integral(state("norm_integrand", **given)) + state("norm_boundary", **given)
+    parts, residuals = _by_rows(state, given), {"mode": abs(mode.defect), "adjoint": abs(adjoint.defect)}
+    residuals |= _tension_defects(state, given)
+    if hasattr(state.straight.functions, "g1"):
+        transformed = _by_g(state, given)
+        for name, one, other in zip(("alpha", "beta"), parts, transformed, strict=True):
+            residuals[f"{name}_routes"] = abs(sum(one) / sum(other) - 1)
+        parts = transformed if state.by_g else parts
+    (a_y, a_theta), (b_y, b_theta) = ((y / norm, theta / norm) for y, theta in parts)
+    alpha, beta = a_y + a_theta, b_y + b_theta
+    return Coefficients(state.force, state.omega, alpha, beta, (a_y, a_theta), (b_y, b_theta), residuals)
 
 
-def _tension_defects(state: CriticalState, mode: Mode, X: Corrections) -> dict[str, Scalar]:
+Parts = list[tuple[Scalar, Scalar]]
+
+
+def _by_rows(state: CriticalState, given: Mapping[str, Any]) -> Parts:
+    """The numerators of α and of β, by the y and the θ row of the untransformed theory with its tip terms."""
+    none = state.exponents.field({})
+    only_y = {"Psi_Theta": none, "Psi_Theta_tip": none.at_tip()}
+    only_theta = {"Psi_Y": none, "Psi_Y_tip": none.at_tip()}
+    at_tip = {x: given[x].at_tip() for x in ("X0", "X2")}  # boundary terms take tip values by these names
+
+    def part(name: str, only: Mapping[str, Any]) -> Scalar:
+        bulk = state(f"{name}_untransformed", **{**given, **only})
+        return _integral(bulk) + state(f"{name}_boundary", **{**given, **only, **at_tip})
+
+    return [(part(name, only_y), part(name, only_theta)) for name in ("alpha", "beta")]
+
+
+def _by_g(state: CriticalState, given: Mapping[str, Any]) -> Parts:
+    """The same by g1 and g3, and by g2 and g4, the forcings of the transformed variables."""
+    none = state.exponents.field({})
+    g = {f"g{k}": state(f"g{k}", **given) for k in (1, 2, 3, 4)}
+
+    def part(name: str, left_out: str) -> Scalar:
+        return _integral(state(f"{name}_integrand", **{**given, **g, left_out: none}))
+
+    return [(part("alpha", "g3"), part("alpha", "g1")), (part("beta", "g4"), part("beta", "g2"))]
+
+
+def _integral(integrand: Field | Scalar) -> Scalar:
+    """∫₀¹ du, also of a constant."""
+    return integrand.integral() if isinstance(integrand, Field) else integrand
+
+
+def _tension_defects(state: CriticalState, given: Mapping[str, Any]) -> dict[str, Scalar]:
     """The axial force balance P' = … in mid-rod, relative to P'. Of P0 only the real part has a meaning."""
-    fields, half = (mode.Y, mode.Theta, mode.Theta_u, mode.H), state.k1 / state.k1 / 2
-    mean = kernels.P0_slope(*fields, state.lam, state.k2, state.gamma1)(half).real
-    harmonic = kernels.P2_slope(*fields, X.X2, state.lam, state.k2, state.gamma1)(half)
+    half = state.numbers.number(Fraction(1, 2))
+    mean, harmonic = (state(f"{p}_slope", **given)(half) for p in ("P0", "P2"))
     return {
-        "P0": abs(X.P0.derivative()(half).real / mean - 1),
-        "P2": abs(X.P2.derivative()(half) / harmonic - 1),
+        "P0": abs(given["P0"].derivative()(half).real / mean.real - 1),
+        "P2": abs(given["P2"].derivative()(half) / harmonic - 1),
     }
-
-
-def _other_route(
-    state: CriticalState, mode: Mode, adjoint: Adjoint, X: Corrections, alpha: Scalar, beta: Scalar
-) -> dict[str, Scalar]:
-    """The numerators of α and β against those of the untransformed theory, which keeps boundary terms."""
-    s, Psi, fields = state, (adjoint.Psi_Y, adjoint.Psi_Theta), (mode.Theta, mode.Theta_u, mode.H)
-    tips = mode.Theta.at_tip(), adjoint.Psi_Y.at_tip()
-    other_alpha = kernels.alpha_untransformed(
-        *Psi, mode.Y, *fields, X.X2, X.P0, X.P2, s.lam, s.k1, s.k2, s.gamma1, s.force
-    ).integral() + kernels.alpha_boundary(*tips, s.k1, s.k2, s.force)
-    other_beta = kernels.beta_untransformed(
-        *Psi, *fields, s.k1, s.k2, s.force
-    ).integral() + kernels.beta_boundary(*tips, s.k1, s.k2)
-    return {"alpha_routes": abs(other_alpha / alpha - 1), "beta_routes": abs(other_beta / beta - 1)}

@@ -116,12 +116,13 @@ class LandauSearch:
 def landau(rod: RodParameters, max_force: Number | None = None, *, escalate: bool = True) -> LandauSearch:
     """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force.
 
-    max_force is min(k1, 400) by default. Where float64 keeps fewer than 8 digits of the plain rod's numbers,
-    or its modes are too steep for quadrature, they are computed with more digits (not with escalate=False).
+    max_force is min(k1, 400) by default. Where float64 keeps fewer than 8 digits of a rod's numbers, or its
+    modes are too steep for quadrature, they are computed with more digits if the straight rod has the same
+    stretch everywhere (not with escalate=False).
     Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep and stay so.
     """
     search = hopf_thresholds(rod, max_force)
-    escalate = escalate and rod.model == PLAIN
+    escalate = escalate and hasattr(kernels.load(rod.model), "boundary_column")  # modes are exponentials
     return LandauSearch(search, tuple(_to_enough_digits(rod, t, escalate) for t in search))
 
 

@@ -30,6 +30,7 @@ Array = NDArray[Any]
 
 STEP = 1e-100  # complex step: Im f(F + i·STEP)/STEP is f'(F) to round-off
 SWEEPS = 4  # of inverse iteration, from a shift close to one eigenvalue
+DROWNING = 1e-6  # an eigenvalue relative to the next one, below which its inverse leaves too few digits
 ROUNDING = 8  # rounding errors of a term of a row, in units of EPS
 EPS = float(np.finfo(float).eps)
 
@@ -143,13 +144,26 @@ def stepped(rod: RodParameters, force: float, nodes: Nodes) -> tuple[Pencil, Arr
 
 def leading_eigenvalues(rod: RodParameters, force: Real, kept: int = KEPT) -> tuple[Complex, Complex]:
     """The `kept` eigenvalues λ of least modulus and their slopes dλ/dF, (n, kept) each, for forces (n,)."""
-    found = []
+    found: list[tuple[Complex, Complex]] = []
     for f in force:
         nodes = gauss_legendre(max(nodes_for(rod, float(f)), kept))
         p = pencil(straight_rod(rod, float(f) + 1j * STEP), nodes)
-        found.append(eigenvalues_and_slopes(np.linalg.solve(p.A, p.B), STEP, kept))
-    eigenvalue, slope = zip(*found, strict=True)
-    return np.stack(eigenvalue), np.stack(slope)
+        with np.errstate(all="ignore"):  # an eigenvalue that is 0 to round-off is looked at below
+            eigenvalue, slope = eigenvalues_and_slopes(np.linalg.solve(p.A, p.B), STEP, kept)
+        if shift := _shift(eigenvalue, slope):
+            inverse = np.linalg.solve(p.A - shift * p.B, p.B)
+            eigenvalue, slope = eigenvalues_and_slopes(inverse, STEP, kept)
+            eigenvalue = eigenvalue + shift
+        found.append((eigenvalue, slope))
+    return np.stack([eigenvalue for eigenvalue, _ in found]), np.stack([slope for _, slope in found])
+
+
+def _shift(*found: Array) -> float:
+    """Where to look from when one eigenvalue is so small that its inverse drowns the others'; else 0."""
+    eigenvalue = np.sort(np.abs(found[0]))
+    if not all(np.all(np.isfinite(x)) for x in found):
+        return 1.0
+    return float(eigenvalue[1]) / 8 if eigenvalue[0] < DROWNING * eigenvalue[1] else 0.0
 
 
 def unstable_count(rod: RodParameters, force: float) -> int:
@@ -158,6 +172,9 @@ def unstable_count(rod: RodParameters, force: float) -> int:
     p = pencil(straight_rod(rod, force), gauss_legendre(count))
     inverse = np.linalg.eigvals(np.linalg.solve(p.A, p.B))
     resolved = inverse[np.argsort(-np.abs(inverse))[: count // 2]]
+    if shift := _shift(1 / resolved[:2]):
+        inverse = np.linalg.eigvals(np.linalg.solve(p.A - shift * p.B, p.B))
+        resolved = shift + 1 / inverse[np.argsort(-np.abs(inverse))[: count // 2]]
     return int(np.sum(resolved.real > 0))
 
 

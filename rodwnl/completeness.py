@@ -1,105 +1,150 @@
 """That a list of thresholds is complete: at no other force is an eigenvalue on the imaginary axis. A proof.
 
 For small forces every eigenvalue is stable. With the norms and the inequalities of rodwnl/halfplane.py, now
-for any scaling: y <= (2/π)‖Y'‖, t <= 2X/π and ‖Y'‖ <= wX with w = h + 2b/π give TS <= (4/π) w X² and a y <=
-(2/π) w X², so
+for any scaling: y <= (2/π)‖Y'‖, t <= 2kX/π and ‖Y'‖ <= wX with w = h + 2bk/π give TS <= (4/π) kwX², a y <=
+(2/π) kwX² and T² <= (4/π) k²X², so
 
-    Re λ (y² + γ3t²) <= −X² + 3F TS + 2F a y <= −(1 − (16/π) F w) X².
+    Re λ (wy y² + wθ t² + G) <= −X² + (2F + |f|) TS + 2F a y + s T²
+                             <= −(1 − (4/π)(3F + |f|) kw − (4/π) s k²) X².
 
-For larger ones an eigenvalue iω has |ω| <= F TS, which is bounded. What is left is a bounded set of (F, ω).
+For larger ones an eigenvalue iω has |ω| <= |f| TS, which is bounded. What is left is a bounded set of (F, ω).
 It is cut into boxes until each of them either lies in a box that is proved to hold exactly one threshold, or
 D(iω, F) excludes 0.
+
+A rod that buckles has zeros at ω = 0. D(0, F) is real; an interval of forces in which its slope keeps its
+sign and its ends differ in sign has one zero. Beside it Im D(iω, F) = ∫₀^ω Re D_λ(is, F) ds, so where Re D_λ
+keeps its sign on a box that reaches down to ω = 0 there is no zero with ω > 0.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, pairwise
 
-from rodwnl import kernels
 from rodwnl.balls import BallNumbers, flint, working_bits
 from rodwnl.errors import ComputationError
 from rodwnl.fields import Scalar
-from rodwnl.halfplane import BallRod, characteristic, unstable_region
-from rodwnl.isolation import Box, ball_rod, uniqueness_box
+from rodwnl.halfplane import Energy, characteristic, unstable_region
+from rodwnl.isolation import Box, derivatives, steady_box, uniqueness_box
+from rodwnl.linearrod import LinearRod, linear_rod, require_form
 from rodwnl.parameters import RodParameters
-from rodwnl.spectrum import HopfSearch, hopf_thresholds
+from rodwnl.spectrum import HopfSearch, hopf_thresholds, searched_range
+from rodwnl.uniformrod import require_uniform
 
-REACH = Fraction(19, 20)  # of k1; nearer to it the bounds, and the work, grow without limit
+REACH = Fraction(19, 20)  # of the forces that the straight rod bears; nearer the work grows without limit
 BITS = 64
 SLABS = 16  # pieces of the force range, each with its own bound of ω
+NARROWEST_SLAB = 1e-4  # relative width of such a piece, before a bound is given up
 MOST_BOXES = 400_000
 NARROW = 0.2  # relative width in ω below which slopes are worth computing
 
 
 @dataclass(frozen=True)
 class Complete:
-    """For 0 <= F <= max_force an eigenvalue lies on the imaginary axis at exactly `crossings` forces."""
+    """For 0 <= F <= max_force an eigenvalue lies on the imaginary axis at exactly `crossings` forces.
+
+    steady: at how many of them it is 0.
+    """
 
     max_force: Fraction
     crossings: int
+    steady: int = 0
 
 
 def prove_complete(search: HopfSearch) -> Complete:
-    """Prove how many crossings there are in a search's range (of which the last 1/20 below k1 is left out).
+    """Prove how many crossings there are in a search's range, short of REACH of what the straight rod bears.
 
     Raises InputError without python-flint, ComputationError where the proof fails.
     """
     rod = search.rod
-    rod.require_plain("a certificate")
-    upper = min(search.max_force, REACH * rod.k1)
+    require_uniform(rod, "a certificate")
+    flint()
+    borne, _ = searched_range(rod, search.max_force / REACH)
+    upper = min(search.max_force, REACH * borne)
     every = hopf_thresholds(rod, upper, all_crossings=True)
+    if every.touches:
+        raise ComputationError(
+            f"not proved: near force {every.touches[0]:.10g} a real eigenvalue touches 0, and no ball tells "
+            f"one double zero from none or two"
+        )
     with working_bits(BITS):
-        found = (*every.thresholds, *(every.later or ()))
-        isolated = [uniqueness_box(rod, t.force, t.omega).balls for t in found]
+        found = (*every.thresholds, *every.steady, *(every.later or ()))
+        isolated = [uniqueness_box(rod, t.force, t.omega).balls for t in found if not t.steady]
+        isolated += [steady_box(rod, t.force).balls for t in found if t.steady]
         for a, b in combinations(isolated, 2):
             if a.force.overlaps(b.force) and a.omega.overlaps(b.omega):
                 raise ComputationError("not proved: two thresholds are too close for boxes of their own")
         certify_complete(rod, upper, isolated)
-    return Complete(upper, len(isolated))
+    return Complete(upper, len(isolated), sum(t.steady for t in found))
 
 
 def certify_complete(rod: RodParameters, max_force: Fraction, isolated: Sequence[Box]) -> None:
     """Prove that for 0 <= F <= max_force eigenvalues lie on the imaginary axis in the isolated boxes only.
 
-    max_force: an exact number below k1 (near k1 the work grows without bound). Raises ComputationError where
-    that is not proved.
+    max_force: an exact number (near the largest force that the straight rod bears the work grows without
+    bound). Boxes of steady crossings have ω = 0. Raises ComputationError where that is not proved.
     """
     top_force = BallNumbers().number(max_force).real
-    if not top_force < BallNumbers().number(rod.k1).real:
-        raise ComputationError("not proved: the list is complete only up to forces below k1")
+    try:
+        require_form(rod, top_force)
+    except ComputationError as error:
+        raise ComputationError(
+            f"not proved: that there is a straight rod up to the last force: {error}"
+        ) from None
     first = _stable_up_to(rod, top_force)
-    boxes = 0
-    for i in range(SLABS):
-        low, high = (first + (top_force - first) * k / SLABS for k in (i, i + 1))
-        force = low.union(high)
-        region = unstable_region(ball_rod(rod, force), flint().arb(0))
+    cuts = [first + (top_force - first) * k / SLABS for k in range(SLABS + 1)]
+    stack, boxes = [low.union(high) for low, high in reversed(list(pairwise(cuts)))], 0
+    while stack:
+        force = stack.pop()
+        try:
+            region = unstable_region(linear_rod(rod, force), flint().arb(0))
+        except ComputationError:
+            if _relative_width(force) < NARROWEST_SLAB:
+                raise
+            stack += reversed(_cut(force))  # over a smaller range the constants are better known
+            continue
         boxes += _exclude(rod, Box(force, flint().arb(0).union(region.top)), isolated, MOST_BOXES - boxes)
 
 
 def _stable_up_to(rod: RodParameters, top_force: Scalar) -> Scalar:
-    """A force up to which Re λ < 0, by (16/π) F w < 1: halved until it is so for all forces below it."""
+    """A force up to which Re λ < 0, by the inequality above: halved until that holds for all below it."""
     f = flint()
     force = top_force.upper()
     for _ in range(200):
-        ball = ball_rod(rod, f.arb(0).union(force))
-        nu, mu = (z.real for z in kernels.base_state(ball.k1, ball.k2, ball.force))
-        k2 = ball.k2.real
-        b = mu / k2
-        w = 1 / (nu / b * k2).sqrt() + 2 * b / f.arb.pi()
-        if nu > 0 and 16 * force * w < f.arb.pi():
-            return force
+        with suppress(ComputationError):
+            e = Energy.of(linear_rod(rod, f.arb(0).union(force)))
+            w = e.h + 2 * e.b * e.k / f.arb.pi()
+            if 4 * e.k * ((3 * e.load + e.f) * w + e.spring * e.k) < f.arb.pi():
+                return force
         force = (force / 2).mid()
+    Energy.of(linear_rod(rod, f.arb(0)))  # which may say why
     raise ComputationError("not proved: stability for small forces")
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A box with the rod's linear problem over its forces, in their middle, and as a series in them."""
+
+    box: Box
+    here: LinearRod
+    middle: LinearRod
+    series: LinearRod
+
+    @classmethod
+    def of(cls, rod: RodParameters, box: Box) -> _Piece:
+        series = linear_rod(rod, flint().acb_series([box.force, 1]))
+        return cls(box, series.over_ball(), linear_rod(rod, box.force.mid()), series)
 
 
 def _exclude(rod: RodParameters, whole: Box, isolated: Sequence[Box], most: int) -> int:
     """Cut a box until D ≠ 0 on every piece outside the isolated boxes; returns the number of pieces."""
-    stack, done = [whole], 0
+    stack, done = [_Piece.of(rod, whole)], 0
     while stack:
-        box = stack.pop()
+        piece = stack.pop()
+        box = piece.box
         done += 1
         if done > most:
             raise ComputationError(
@@ -108,25 +153,35 @@ def _exclude(rod: RodParameters, whole: Box, isolated: Sequence[Box], most: int)
             )
         if any(x.force.contains(box.force) and x.omega.contains(box.omega) for x in isolated):
             continue
-        excluded, by_force = _excluded(ball_rod(rod, box.force), box)
+        if _is_steady(rod, box, isolated):
+            continue
+        excluded, by_force = _excluded(piece)
         if not excluded:
-            stack += _halves(box, by_force)
+            stack += _halves(rod, piece, by_force)
     return done
 
 
-def _excluded(rod: BallRod, box: Box) -> tuple[bool, bool]:
+def _is_steady(rod: RodParameters, box: Box, isolated: Sequence[Box]) -> bool:
+    """Whether the box reaches down to ω = 0 at forces of a steady crossing, and has no zero above."""
+    if not any(x.force.contains(box.force) and x.omega == 0 and box.omega.contains(0) for x in isolated):
+        return False
+    _, D_lam = derivatives(rod, box)
+    return bool(D_lam.is_finite()) and not D_lam.real.contains(0)
+
+
+def _excluded(piece: _Piece) -> tuple[bool, bool]:
     """Whether D ≠ 0 on the box, by its ball or by centre and slopes; and whether to cut the force next."""
-    f = flint()
+    f, box = flint(), piece.box
     lam = f.acb(0, box.omega)
-    D = characteristic(rod, lam).scaled
+    D = characteristic(piece.here, lam).scaled
     if D.is_finite() and not D.contains(0):
         return True, False
     force_width, omega_width = (_relative_width(x) for x in (box.force, box.omega))
     if omega_width < NARROW:
         try:
-            centre = characteristic(replace(rod, force=rod.force.mid()), lam.mid()).scaled
-            D_force = characteristic(replace(rod, force=f.acb_series([rod.force, 1])), lam).scaled[1]
-            D_lam = characteristic(rod, f.acb_series([lam, 1])).scaled[1]
+            centre = characteristic(piece.middle, lam.mid()).scaled
+            D_force = characteristic(piece.series, lam).scaled[1]
+            D_lam = characteristic(piece.here, f.acb_series([lam, 1])).scaled[1]
         except (ValueError, ZeroDivisionError):
             return False, force_width > omega_width
         by_force, by_omega = abs(D_force) * box.force.rad(), abs(D_lam) * box.omega.rad()
@@ -142,7 +197,12 @@ def _relative_width(x: Scalar) -> float:
     return float(x.rad()) / (abs(float(x.mid())) + 1)
 
 
-def _halves(box: Box, by_force: bool) -> list[Box]:
-    x = box.force if by_force else box.omega
-    parts = [x.lower().union(x.mid()), x.mid().union(x.upper())]
-    return [Box(part, box.omega) if by_force else Box(box.force, part) for part in parts]
+def _halves(rod: RodParameters, piece: _Piece, by_force: bool) -> list[_Piece]:
+    force, omega = piece.box.force, piece.box.omega
+    if by_force:
+        return [_Piece.of(rod, Box(part, omega)) for part in _cut(force)]
+    return [replace(piece, box=Box(force, part)) for part in _cut(omega)]
+
+
+def _cut(x: Scalar) -> list[Scalar]:
+    return [x.lower().union(x.mid()), x.mid().union(x.upper())]

@@ -127,8 +127,10 @@ def _norm(rod: RodParameters, threshold: ExactThreshold, kind: str, mesh: int | 
     state = critical_state(rod, threshold.force, threshold.omega, MpNumbers())
     mode = critical_mode(state)
     if kind == "weighted":
-        square = mode.Y * mode.Y.conjugate() + mode.Theta * mode.Theta.conjugate() * state.gamma3
-        return mp.sqrt(square.integral().real)
+        given = mode.named()
+        twice = given | {f"Psi_{name}": value for name, value in given.items()}
+        square = state("norm_integrand", **twice).integral() + state("norm_boundary", **twice)
+        return mp.sqrt(square.real)
     if mesh is None:
         raise InputError("this convention depends on the mesh: give the number of intervals")
     square = mode.Y * mode.Y.conjugate() + mode.Theta * mode.Theta.conjugate()

@@ -8,6 +8,7 @@ to be lost.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -19,10 +20,12 @@ from rodwnl.closedform import Coefficients, boundary_rows, coefficients, critica
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.fields import MpArithmetic, Scalar
 from rodwnl.parameters import RodParameters
+from rodwnl.uniformrod import Balance, require_uniform
 
 MAX_DIGITS = 10_000
 GUARD = 15  # digits carried beyond those asked for, at first
 ATTEMPTS = 8  # how often the working precision is raised before giving up
+MOST_STEPS = 60  # of Newton's method for the stretch, which starts with 16 digits
 MAX_STEP = 0.1  # a longer relative step of Newton's iteration leaves the threshold that it was started at
 
 
@@ -35,13 +38,34 @@ class MpNumbers(MpArithmetic):
     def sqrt(self, z: Scalar) -> Scalar:
         return mp.sqrt(z)
 
+    def log(self, z: Scalar) -> Scalar:
+        return mp.log(z)
+
+    def sin(self, z: Scalar) -> Scalar:
+        return mp.sin(z)
+
+    def cos(self, z: Scalar) -> Scalar:
+        return mp.cos(z)
+
+    def stretch(self, force: Scalar, balance: Balance, start: Callable[[float], float]) -> Scalar:
+        """Newton's method from the float64 solution, until a step is rounding."""
+        nu = mp.mpf(start(float(force)))
+        for _ in range(MOST_STEPS):
+            defect, stiffness = balance(force, nu)
+            step = defect / stiffness
+            nu -= step
+            # what is left is the square of the step, or rounding of terms of the size of the force
+            if abs(step) <= mp.sqrt(mp.eps) * 1e-3 or abs(step) <= 8 * mp.eps * (1 + abs(force / stiffness)):
+                return nu
+        raise ComputationError(f"Newton's iteration finds no straight rod under force = {mp.nstr(force, 10)}")
+
 
 @dataclass(frozen=True)
 class ExactThreshold:
     """A Hopf threshold to `digits` digits, each of these numbers (of complex ones: each part).
 
     force, omega (mpf), alpha, beta (mpc), A_tip2_slope, omega_slope (mpf): dimensionless. alpha_parts,
-    beta_parts: what (g1, g3) and (g2, g4) contribute, at the working precision. working_digits: the
+    beta_parts: as in `Coefficients`, at the working precision. working_digits: the
     precision at which they were computed. agreement: the digits to which two working precisions agree.
     residuals: equations that were not imposed, relative to their terms, at the working precision.
     """
@@ -77,7 +101,7 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
     ComputationError when there is no threshold near the approximation or the digits cannot be reached.
     """
     digits = checked_digits(digits)
-    rod.require_plain("the exact route")
+    require_uniform(rod, "the exact route")
     working = digits + GUARD
     coarse = _evaluate(rod, mp.mpf(force), mp.mpf(omega), working)
     for _ in range(ATTEMPTS):
@@ -86,6 +110,7 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
         with mp.workdps(working):
             agreement = _agreement(coarse, fine)
             if agreement >= digits + 2 and _texts(coarse, digits) == _texts(fine, digits):
+                _require_consistent(fine, digits)
                 return _record(fine, digits, working, agreement)
         lost = lower - int(agreement)
         coarse, working = fine, max(working, digits + lost) if agreement > 0 else 2 * working
@@ -107,6 +132,16 @@ def _evaluate(rod: RodParameters, force: Scalar, omega: Scalar, working: int) ->
     with mp.workdps(working):
         force, omega = refine_threshold(rod, force, omega)
         return coefficients(critical_state(rod, force, omega, MpNumbers()))
+
+
+def _require_consistent(c: Coefficients, digits: int) -> None:
+    """What was not imposed must hold: a wrong formula would give digits that agree, and this in them."""
+    name, worst = max(c.residuals.items(), key=lambda item: item[1])
+    if worst > mp.mpf(10) ** -(digits // 2 + 1):
+        raise ComputationError(
+            f"at the threshold near force {mp.nstr(c.force, 8)} the formulas contradict each other (residual "
+            f"{name!r}: {mp.nstr(worst, 2)}); compute this rod in double precision"
+        )
 
 
 def _agreement(a: Coefficients, b: Coefficients) -> float:
@@ -188,6 +223,6 @@ def characteristic(rod: RodParameters, force: Scalar, omega: Scalar) -> Scalar:
     depends neither on the signs of the roots nor on their order.
     """
     state = critical_state(rod, force, omega, MpNumbers())
-    D = determinant(boundary_rows(state, kernels.boundary_column, state.lam))
+    D = determinant(boundary_rows(state, "boundary_column", state.lam))
     r1, _, r2, *_ = state.exponents.basis
     return D * r1 * r2 / (state.lam * (r1**2 - r2**2) ** 2)

@@ -3,28 +3,35 @@
 The problems are those of rodwnl/responses.py; here every response is a sum of P(u) e^{au}. For a forcing
 P e^{au} the problem (λΓ − M(d/du)) V = P e^{au} has V = Q e^{au} with
 
-    N Q − M'(a) Q' − ½ M''(a) Q'' = P,    N = λΓ − M(a),    M(r) = ((k2 r², −μ r), (μ r, r² − μν)),
+    N Q − M'(a) Q' − ½ M''(a) Q'' = P,    N = λΓ − M(a),    M(r) = ((K2 r², −μ r), (μ r, K3 r² − μν)),
 
-solved from the highest power down. At a resonance, det N = 0, Q has one degree more than P. What remains,
-the clamp and the tip, is met by the four exponentials of the homogeneous problem.
+with M as the emitted rows have it, solved from the highest power down. At a resonance, det N = 0, Q has one
+degree more than P. What remains, the clamp and the tip, is met by the four exponentials of the homogeneous
+problem.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import mpmath as mp
 
-from rodwnl import kernels
-from rodwnl.closedform import CriticalState, adjoint_mode, critical_mode, determinant
+from rodwnl.closedform import (
+    CriticalState,
+    adjoint_mode,
+    critical_mode,
+    critical_state,
+    determinant,
+    squared_exponents,
+)
 from rodwnl.errors import ComputationError
 from rodwnl.exact import GUARD, MpNumbers, checked_digits, refine_threshold
 from rodwnl.fields import Exponents, Field, Key, Scalar, two_point
 from rodwnl.parameters import RodParameters
 from rodwnl.responses import HIGHEST, Index, Pool, derived_from, terms
-from rodwnl.straightrod import arguments
+from rodwnl.uniformrod import require_uniform
 
 Pair = tuple[Scalar, Scalar]
 ATTEMPTS = 4  # how often the working precision is raised before giving up
@@ -54,6 +61,7 @@ def exact_amplitude_equation(
     ComputationError when there is no threshold near the approximation or the digits cannot be reached.
     """
     digits = checked_digits(digits)
+    require_uniform(rod, "the exact route")
     working = digits + 2 * GUARD
     coarse = _evaluate(rod, force, omega, digits, working)
     for _ in range(ATTEMPTS):
@@ -96,33 +104,30 @@ class _ExactResponses:
 
     def __init__(self, rod: RodParameters, force: Scalar, omega: Scalar) -> None:
         numbers = MpNumbers()
-        k1, k2, gamma3, gamma1 = (numbers.number(p) for p in (rod.k1, rod.k2, rod.gamma3, rod.gamma1))
-        lam = mp.mpc(0, omega)
-        self.nu, self.mu = kernels.base_state(k1, k2, force)
-        self.k1, self.k2, self.gamma3, self.gamma1, self.lam = k1, k2, gamma3, gamma1, lam
+        self.straight = straight = critical_state(rod, force, omega, numbers).straight
+        self.lam = lam = mp.mpc(0, omega)
+        self.y_row, self.theta_row = straight("y_row"), straight("theta_row")
+        self.drag = straight("drag_weights")
         # Exponents of the homogeneous problems: (Y, Theta) at λ and 3λ, X at 2λ and 4λ.
-        squares = [*self._squares(lam, force), *(h * lam * gamma1 / k1 for h in (2, 4))]
-        squares += self._squares(3 * lam, force)
+        axial = (h * lam * self.drag[0] / straight("stretch_stiffness") for h in (2, 4))
+        squares = [*squared_exponents(straight, lam, numbers), *axial]
+        squares += squared_exponents(straight, 3 * lam, numbers)
         self.exponents = Exponents([mp.sqrt(z) for z in squares], numbers)
         self.transverse_keys = {1: (0, 1), 3: (4, 5)}
         self.longitudinal_keys = {0: self.exponents.zero, 2: self.exponents.key(2), 4: self.exponents.key(3)}
-        state = CriticalState(numbers, k1, k2, gamma3, gamma1, force, omega, self.exponents)
+        state = CriticalState(numbers, straight, omega, self.exponents)
         mode, self.adjoint = critical_mode(state), adjoint_mode(state)
-        self.parameters: Pool = {
-            "k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1, "force": force, "lam": lam,
-        }  # fmt: skip
+        self.known: Pool = {"lam": lam}
         self.fields: Pool = {"u": self.exponents.u(mp.mpf(1))}
         self.at_tip: Pool = {"u": mp.mpf(1)}
-        self.force = force
         self._keep("Y", mode.Y)
         self._keep("Theta", mode.Theta)
+        self.norm = self._norm(mode.named())
 
-    def _squares(self, lam: Scalar, force: Scalar) -> list[Scalar]:
-        """r² of the homogeneous problem at this λ; the second root from the product of both."""
-        c4, c2, c0 = kernels.exponent_polynomial(lam, self.k1, self.k2, self.gamma3, force)
-        half, root = -c2 / (2 * c4), mp.sqrt(c2 * c2 - 4 * c4 * c0) / (2 * c4)
-        larger = half + root if abs(half + root) > abs(half - root) else half - root
-        return [larger, c0 / (c4 * larger)]
+    def _norm(self, mode: Pool) -> Scalar:
+        """∫ Ψ†Γ(Y, Θ) du, and what a load with drag adds at the tip."""
+        given = mode | self.adjoint.named()
+        return self.straight("norm_integrand", **given).integral() + self.straight("norm_boundary", **given)
 
     def solve(self) -> dict[str, Scalar]:
         """All responses through the highest order; the coefficients by name."""
@@ -138,19 +143,17 @@ class _ExactResponses:
             traction = tuple(self._call(f"{names[0]}_traction", self.at_tip))
             if p == q + 1:
                 c = self._solvability(forcing, traction)
-                coefficients[f"c{digits}"] = self.parameters[f"c{digits}"] = c
-                weights = (mp.mpf(1), self.gamma3)
+                coefficients[f"c{digits}"] = self.known[f"c{digits}"] = c
                 mode = (self.fields["Y"], self.fields["Theta"])
-                forcing = tuple(f - c * w * m for f, w, m in zip(forcing, weights, mode, strict=True))
+                forcing = tuple(f - c * w * m for f, w, m in zip(forcing, self.drag[1:], mode, strict=True))
+                traction = tuple(t - c * s for t, s in zip(traction, self._tip_drag(), strict=True))
             if sum(index) + index[2] < HIGHEST:
                 for name, field in zip(names, self._transverse(p - q, forcing, traction), strict=True):
                     self._keep(name, field)
         return coefficients
 
     def _call(self, name: str, pool: Pool) -> Any:
-        f: Callable[..., Any] = getattr(kernels, name)
-        known = {**self.parameters, **pool}
-        return f(*(known[a] for a in arguments(f)))
+        return self.straight(name, **self.known, **pool)
 
     def _keep(self, name: str, field: Field) -> None:
         slope = field.derivative()
@@ -158,12 +161,23 @@ class _ExactResponses:
         self.at_tip |= {name: field.at_tip(), f"{name}_u": slope.at_tip()}
 
     def _longitudinal(self, index: Index, name: str) -> None:
-        """hλγ1 X − k1 X'' = f, X(0) = 0, k1 X'(1) = t."""
+        """hλΓ X − K1 X'' = f, X(0) = 0, S X(1) + S_u X'(1) = t."""
         forcing = self._call(f"{name}_forcing", self.fields)
         traction = self._call(f"{name}_traction", self.at_tip)
-        field = self._field(forcing) / (-self.k1)
-        root = self.longitudinal_keys[index[0] - index[1]]
-        self._keep(name, two_point(field, root, traction / self.k1))
+        harmonic = index[0] - index[1]
+        S, S_u = self.straight("x_tip_row", lam=harmonic * self.lam)
+        field = self._field(forcing) / (-self.straight("stretch_stiffness"))
+        self._keep(name, two_point(field, self.longitudinal_keys[harmonic], traction / S_u, S / S_u))
+
+    def _tip_rows(self, lam: Scalar) -> list[tuple[Scalar, ...]]:
+        """What multiplies (Y, Y', Θ, Θ')(1) in the stresses minus load."""
+        return [self.straight(f"{name}_tip_row", lam=lam) for name in ("y", "theta")]
+
+    def _tip_drag(self) -> list[Scalar]:
+        """What a load with drag adds where dA/dT acts: the part of the tip rows with λ, on the mode."""
+        mode = [self.at_tip[name] for name in ("Y", "Y_u", "Theta", "Theta_u")]
+        rows = zip(self._tip_rows(mp.mpc(0)), self._tip_rows(mp.mpc(1)), strict=True)
+        return [sum((b - a) * m for a, b, m in zip(*pair, mode, strict=True)) for pair in rows]
 
     def _field(self, value: Field | Scalar) -> Field:
         return (
@@ -177,8 +191,7 @@ class _ExactResponses:
         psi = (self.adjoint.Psi_Y, self.adjoint.Psi_Theta)
         bulk = sum((p.conjugate() * self._field(f)).integral() for p, f in zip(psi, forcing, strict=True))
         tip = sum(p.at_tip().conjugate() * t for p, t in zip(psi, traction, strict=True))
-        norm = kernels.norm_integrand(*psi, self.fields["Y"], self.fields["Theta"], self.gamma3).integral()
-        return (bulk + tip) / norm
+        return (bulk + tip) / self.norm
 
     def _transverse(self, harmonic: int, forcing: tuple[Any, ...], traction: tuple[Any, ...]) -> list[Field]:
         """(λΓ − M) V = f, V(0) = 0, S V = t; where it is resonant with Y(1) = 0 for one of the conditions."""
@@ -186,33 +199,28 @@ class _ExactResponses:
         Y, Theta = self._particular(lam, harmonic, self._field(forcing[0]), self._field(forcing[1]))
         keys = [self.exponents.key(g, sign) for g in self.transverse_keys[harmonic] for sign in (1, -1)]
         columns = [self._boundary_column(key, lam) for key in keys]
-        Y_u, Theta_u = Y.derivative(), Theta.derivative()
-        tip_Y, tip_Theta = Y.at_tip(), Theta.at_tip()
-        right = [
-            -Y.at_start(),
-            -Theta.at_start(),
-            traction[0] - self.k2 * (Y_u.at_tip() - self.nu * tip_Theta),
-            traction[1] - Theta_u.at_tip(),
-        ]
+        tip = [f.at_tip() for f in (Y, Y.derivative(), Theta, Theta.derivative())]
+        right = [-Y.at_start(), -Theta.at_start()]
+        for row, t in zip(self._tip_rows(lam), traction, strict=True):
+            right.append(t - sum(c * value for c, value in zip(row, tip, strict=True)))
         if harmonic == 1:
             # The four conditions are dependent; the last one is replaced by the gauge Y(1) = 0.
             for column, key in zip(columns, keys, strict=True):
                 column[3] = mp.exp(self.exponents.value(key))
-            right[3] = -tip_Y
+            right[3] = -tip[0]
         amplitudes = _cramer([list(row) for row in zip(*columns, strict=True)], right)
         for key, b in zip(keys, amplitudes, strict=True):
-            ratio, _ = kernels.mode_amplitudes(self.exponents.value(key), lam, self.k1, self.k2, self.force)
+            ratio, _ = self.straight("mode_amplitudes", r=self.exponents.value(key), lam=lam)
             Y = Y + self.exponents.field({key: (b,)})
             Theta = Theta + self.exponents.field({key: (b * ratio,)})
         return [Y, Theta]
 
     def _boundary_column(self, key: Key, lam: Scalar) -> list[Scalar]:
-        """Y(0), Θ(0), k2 H(1), Θ'(1) of one exponential."""
+        """Y(0), Θ(0) and the two tip stresses minus load of one exponential."""
         r = self.exponents.value(key)
-        clamp_Y, clamp_Theta, shear, moment = kernels.boundary_column(
-            r, mp.exp(r), lam, self.k1, self.k2, self.force
-        )
-        return [clamp_Y, clamp_Theta, self.k2 * shear, moment]
+        column = self.straight("boundary_column", r=r, exp_r=mp.exp(r), lam=lam)
+        clamp_Y, clamp_Theta, shear, moment = column
+        return [clamp_Y, clamp_Theta, self.y_row[2] * shear, self.theta_row[5] * moment]
 
     def _particular(self, lam: Scalar, harmonic: int, f: Field, g: Field) -> tuple[Field, Field]:
         """Some (Y, Θ) with (λΓ − M)(Y, Θ) = (f, g)."""
@@ -231,16 +239,25 @@ class _ExactResponses:
 
     def _symbol(self, lam: Scalar, a: Scalar) -> tuple[Pair, Pair]:
         """N = λΓ − M(a)."""
-        return (
-            (lam - self.k2 * a * a, self.mu * a),
-            (-self.mu * a, self.gamma3 * lam - a * a + self.mu * self.nu),
+        (yy, yt), (ty, tt) = (
+            [row[k] + row[k + 1] * a + row[k + 2] * a * a for k in (0, 3)]
+            for row in (self.y_row, self.theta_row)
         )
+        return (lam * self.drag[1] - yy, -yt), (-ty, lam * self.drag[2] - tt)
 
     def _rest(self, a: Scalar, k: int, Q: dict[int, Pair]) -> Pair:
         """M'(a) (k+1) Q_{k+1} + ½ M''(a) (k+2)(k+1) Q_{k+2}: what Q' and Q'' put beside P at u^k."""
-        y1, t1 = ((k + 1) * v for v in Q.get(k + 1, (mp.mpf(0), mp.mpf(0))))
-        y2, t2 = ((k + 2) * (k + 1) * v for v in Q.get(k + 2, (mp.mpf(0), mp.mpf(0))))
-        return 2 * self.k2 * a * y1 - self.mu * t1 + self.k2 * y2, self.mu * y1 + 2 * a * t1 + t2
+        none = (mp.mpf(0), mp.mpf(0))
+        first = [(k + 1) * v for v in Q.get(k + 1, none)]
+        second = [(k + 2) * (k + 1) * v for v in Q.get(k + 2, none)]
+        y, theta = (
+            sum(
+                (row[n + 1] + 2 * row[n + 2] * a) * v1 + row[n + 2] * v2
+                for n, v1, v2 in zip((0, 3), first, second, strict=True)
+            )
+            for row in (self.y_row, self.theta_row)
+        )
+        return y, theta
 
     def _regular(self, lam: Scalar, a: Scalar, rows: list[Pair]) -> list[Pair]:
         """Q_k = N⁻¹ (P_k + rest), from the highest power down."""

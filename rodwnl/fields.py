@@ -104,6 +104,10 @@ class Exponents:
         """Σ P(u) e^{au} from its terms."""
         return Field(self, dict(terms))
 
+    def promoted(self, value: Field | Scalar) -> Field:
+        """A number as a constant function; a function as it is."""
+        return value if isinstance(value, Field) else Field(self, {self.zero: (value,)})
+
     def u(self, one: Scalar) -> Field:
         """The function u."""
         return Field(self, {self.zero: (0 * one, one)})
@@ -209,25 +213,27 @@ class Field:
         return Field(self.exponents, {key: change(key, p) for key, p in self.terms.items()})
 
     def _promoted(self, other: Field | Scalar) -> Field:
-        if not isinstance(other, Field):
-            return Field(self.exponents, {self.exponents.zero: (other,)})
-        if other.exponents is not self.exponents:
+        promoted = self.exponents.promoted(other)
+        if promoted.exponents is not self.exponents:
             raise ValueError("these two sums of exponentials do not share their exponents")
-        return other
+        return promoted
 
 
-def two_point(forcing: Field, root: Key, slope: Scalar) -> Field:
-    """The solution of X'' − s²X = forcing, X(0) = 0, X'(1) = slope; `root` is the key of s (zeros: s = 0).
+def two_point(forcing: Field, root: Key, slope: Scalar, spring: Scalar = 0) -> Field:
+    """The solution of X'' − s²X = forcing, X(0) = 0, X'(1) + spring X(1) = slope; `root` is the key of s.
 
-    X = X_p + A e^{su} + B e^{−su}, or X_p + A + Bu. Unique unless cosh s = 0.
+    X = X_p + A e^{su} + B e^{−su}, or X_p + A + Bu where s = 0 (a key of zeros). Unique unless
+    cosh s + spring sinh(s)/s = 0.
     """
     exponents = forcing.exponents
     X = _particular(forcing, root)
-    start, slope = X.at_start(), slope - X.derivative().at_tip()
+    start, slope = X.at_start(), slope - X.derivative().at_tip() - spring * X.at_tip()
     if root == exponents.zero:
-        return X + exponents.field({root: (-start, slope)})
+        return X + exponents.field({root: (-start, (slope + spring * start) / (1 + spring))})
     s = exponents.value(root)
-    grow, decay = exponents.arithmetic.exp(s), exponents.arithmetic.exp(-s)
+    # A + B = −start,  A (s + spring) e^s − B (s − spring) e^{−s} = slope
+    grow = exponents.arithmetic.exp(s) * (1 + spring / s)
+    decay = exponents.arithmetic.exp(-s) * (1 - spring / s)
     return X + exponents.field(
         {
             root: ((slope / s - start * decay) / (grow + decay),),

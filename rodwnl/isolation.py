@@ -10,15 +10,16 @@ proves one and only one zero in X, and that it lies in K (Krawczyk 1969, doi:10.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import mpmath as mp
 
-from rodwnl.balls import BallNumbers, flint
+from rodwnl.balls import flint
 from rodwnl.errors import ComputationError
 from rodwnl.exact import refine_threshold
 from rodwnl.fields import Scalar
-from rodwnl.halfplane import BallRod, characteristic
+from rodwnl.halfplane import characteristic
+from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import RodParameters
 
 WIDEST, NARROWEST = 4, 80  # the uniqueness box has relative half-widths 2^−4, 2^−5, …
@@ -47,16 +48,11 @@ class DecimalBox:
         return Box(*(arb(arb(mid), arb(rad)) for mid, rad in (self.force, self.omega)))
 
 
-def ball_rod(rod: RodParameters, force: Scalar) -> BallRod:
-    number = BallNumbers().number
-    return BallRod(number(rod.k1), number(rod.k2), number(rod.gamma3), flint().acb(force))
-
-
 def uniqueness_box(rod: RodParameters, force: float, omega: float) -> DecimalBox:
     """The largest of a sequence of boxes around the given point in which Krawczyk's test succeeds."""
     for exponent in range(WIDEST, NARROWEST):
         box = DecimalBox(*((f"{x:.12g}", f"{x / 2**exponent:.3g}") for x in (force, omega)))
-        if box.balls.force < _largest_force(rod) and _krawczyk(rod, box.balls) is not None:
+        if _krawczyk(rod, box.balls) is not None:
             return box
     raise ComputationError(
         f"Krawczyk's test fails in every box around force {force!r}, omega {omega!r}: no threshold is there, "
@@ -64,8 +60,26 @@ def uniqueness_box(rod: RodParameters, force: float, omega: float) -> DecimalBox
     )
 
 
-def _largest_force(rod: RodParameters) -> Scalar:
-    return BallNumbers().number(rod.k1).real
+def steady_box(rod: RodParameters, force: float) -> DecimalBox:
+    """The largest of a sequence of intervals, at ω = 0, in which D(0, F), which is real, has one zero.
+
+    It differs in sign at the ends, and D_F ≠ 0 between. Raises ComputationError where that is not proved.
+    """
+    f = flint()
+    for exponent in range(WIDEST, NARROWEST):
+        box = DecimalBox((f"{force:.12g}", f"{force / 2**exponent:.3g}"), ("0", "0"))
+        forces = box.balls.force
+        try:
+            slope, _ = derivatives(rod, box.balls)
+            ends = [
+                characteristic(linear_rod(rod, end), f.acb(0)).whole.real
+                for end in (forces.lower(), forces.upper())
+            ]
+        except (ComputationError, ValueError, ZeroDivisionError):
+            continue
+        if slope.is_finite() and not slope.real.contains(0) and ends[0] * ends[1] < 0:
+            return box
+    raise ComputationError(f"not proved: one and only one steady crossing near force {force!r}")
 
 
 def tight_box(rod: RodParameters, force: float, omega: float, digits: int, unique_in: Box) -> Box:
@@ -89,38 +103,38 @@ def _krawczyk(rod: RodParameters, box: Box) -> Box | None:
     f = flint()
     centre = Box(box.force.mid(), box.omega.mid())
     try:
-        D = characteristic(ball_rod(rod, centre.force), f.acb(0, centre.omega)).whole
+        D = characteristic(linear_rod(rod, centre.force), f.acb(0, centre.omega)).whole
         J, Jm = (_jacobian(rod, each) for each in (box, centre))
         C = f.arb_mat(Jm).inv()
         C = f.arb_mat([[C[i, j].mid() for j in (0, 1)] for i in (0, 1)])
         m = f.arb_mat([[centre.force], [centre.omega]])
         away = f.arb_mat([[box.force - centre.force], [box.omega - centre.omega]])
         K = m - C * f.arb_mat([[D.real], [D.imag]]) + (f.arb_mat([[1, 0], [0, 1]]) - C * f.arb_mat(J)) * away
-    except (ValueError, ZeroDivisionError):
-        return None
+    except (ComputationError, ValueError, ZeroDivisionError):
+        return None  # no straight rod is proved, or a divisor may be 0
     inside = box.force.contains_interior(K[0, 0]) and box.omega.contains_interior(K[1, 0])
     return Box(K[0, 0], K[1, 0]) if inside else None
 
 
 def _jacobian(rod: RodParameters, box: Box) -> list[list[Scalar]]:
     """∂(Re D, Im D)/∂(F, ω) over a box."""
-    D_force, D_lam = _derivatives(ball_rod(rod, box.force), box.omega)
+    D_force, D_lam = derivatives(rod, box)
     D_omega = D_lam * 1j
     return [[D_force.real, D_omega.real], [D_force.imag, D_omega.imag]]
 
 
-def _derivatives(rod: BallRod, omega: Scalar) -> tuple[Scalar, Scalar]:
+def derivatives(rod: RodParameters, box: Box) -> tuple[Scalar, Scalar]:
     """D_F and D_λ at λ = iω, over balls: the linear coefficients of power series."""
     f = flint()
-    lam = f.acb(0, omega)
-    by_force = characteristic(replace(rod, force=f.acb_series([rod.force, 1])), lam).whole
-    by_lam = characteristic(rod, f.acb_series([lam, 1])).whole
+    lam = f.acb(0, box.omega)
+    by_force = characteristic(linear_rod(rod, f.acb_series([box.force, 1])), lam).whole
+    by_lam = characteristic(linear_rod(rod, box.force), f.acb_series([lam, 1])).whole
     return by_force[1], by_lam[1]
 
 
-def eigenvalue_slope(rod: BallRod, omega: Scalar) -> Scalar:
+def eigenvalue_slope(rod: RodParameters, box: Box) -> Scalar:
     """dλ/dF = −D_F/D_λ; finite only if D_λ ≠ 0, that is if the eigenvalue is simple."""
-    D_force, D_lam = _derivatives(rod, omega)
+    D_force, D_lam = derivatives(rod, box)
     slope = -D_force / D_lam
     if not slope.is_finite() or slope.real.contains(0):
         raise ComputationError("the eigenvalue may be multiple, or touch the axis without crossing it")

@@ -20,6 +20,8 @@ from rodwnl.order_report import exact_order_entry, print_exact_order
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text
 from rodwnl.report import document, exact_scale, heading, sentences
+from rodwnl.steady import steady_force
+from rodwnl.uniformrod import require_uniform
 
 if TYPE_CHECKING:
     from rodwnl.certified import CertifiedThreshold
@@ -50,7 +52,7 @@ def print_precise(
     """
     from rodwnl.spectrum import hopf_thresholds
 
-    rod.require_plain("--certified" if certified else "--digits" if dialect is None else "--convention")
+    require_uniform(rod, "--certified" if certified else "--digits" if dialect is None else "--convention")
     if certified and dialect:
         raise InputError("--convention converts numbers, not balls: leave out --certified")
     if complete and not certified:
@@ -78,15 +80,27 @@ def print_exact(
     found = [exact_threshold(search.rod, t.force, t.omega, digits) for t in search]
     beyond = [exact_amplitude_equation(search.rod, t.force, t.omega, digits) for t in search if fifth]
     converted = [convert(search.rod, t, *dialect) if dialect else None for t in found]
+    steady = [steady_force(search.rod, t.force, digits) for t in search.steady]
     if json:
         entries = [
             exact_entry(t, names) | _dialect_entry(c, digits) for t, c in zip(found, converted, strict=True)
         ]
         for entry, equation in zip(entries, beyond, strict=False):
             entry |= exact_order_entry(equation)
-        print_json(document(search, entries))
+        whole = document(search, entries)
+        for entry, force in zip(whole.get("steady", []), steady, strict=True):
+            crossing = entry["crossing"]
+            entry.clear()
+            entry |= {
+                "force": digits_text(force, digits),
+                "omega": "0",
+                "crossing": crossing,
+                "digits": digits,
+            }
+        print_json(whole)
         return
     print("\n".join(sentences(search)))
+    _print_steady(search.rod, steady, digits, coefficients="alpha" in names)
     for number, (t, c) in enumerate(zip(found, converted, strict=True), 1):
         with mp.workdps(t.working_digits):
             rows = _rows(search, t, names, lambda x: digits_text(x, digits))
@@ -97,6 +111,17 @@ def print_exact(
             print_exact_order(search.rod, number, beyond[number - 1])
     if dialect and found:
         print(f"{dialect[0]}: {CONVENTIONS[dialect[0]].equation}; dimensionless numbers.")
+
+
+def _print_steady(rod: RodParameters, forces: Sequence[Any], digits: int, *, coefficients: bool) -> None:
+    """The forces of the steady crossings, and what is not evaluated of them."""
+    factor = exact_scale(rod, "force")
+    for force in forces:
+        with mp.workdps(2 * digits):
+            text = digits_text(force * factor.numerator / factor.denominator, digits)
+        print(f"The steady crossing to {digits} digits: {heading(rod, 'force')} = {text}.")
+    if forces and coefficients:
+        print("Its amplitude equation is evaluated in double precision alone: leave out --digits.")
 
 
 def _dialect_rows(converted: Converted | None, digits: int) -> list[list[str]]:
@@ -130,19 +155,28 @@ def print_certified(
     search: HopfSearch, digits: int, names: Sequence[str], *, json: bool, complete: bool = False
 ) -> None:
     """Print the named numbers of every threshold as balls of so many digits, and what was proved of it."""
-    from rodwnl.certified import certify_threshold
+    from rodwnl.certified import COUNT_BITS, certify_threshold
+    from rodwnl.isolation import steady_box
 
     def ball_text(x: Any) -> str:
         return "{mid} ± {rad}".format(**enclosure(x, digits))
 
     found = [certify_threshold(search.rod, t.force, t.omega, digits) for t in search]
     statement = _completeness(search) if complete else {}
+    with working_bits(COUNT_BITS):
+        steady = [steady_box(search.rod, t.force) for t in search.steady]
     with working_bits(4 * digits + 64):
         if json:
             whole = document(search, [certified_entry(t, names) for t in found])
+            for entry, box in zip(whole.get("steady", []), steady, strict=True):
+                entry["unique_in"] = {"force": dict(zip(("mid", "rad"), box.force, strict=True))}
             print_json(whole | {"certified": True} | statement)
             return
         print("\n".join(sentences(search)))
+        for box in steady:
+            forces = " +/- ".join(box.force)
+            print(f"Proved, dimensionless: for force in {forces} there is one and only one at which an")
+            print("eigenvalue is 0. More is not proved of a steady crossing.")
         for number, t in enumerate(found, 1):
             print_table(["threshold", str(number)], _rows(search, t, names, ball_text))
             print("Proved of it, in dimensionless numbers:")
@@ -159,7 +193,11 @@ def _completeness(search: HopfSearch) -> dict[str, Any]:
     upper = decimal_text(proved.max_force)
     forces = "one force" if proved.crossings == 1 else f"{proved.crossings} forces"
     sentence = f"for 0 <= force <= {upper} an eigenvalue lies on the imaginary axis at exactly {forces}"
-    return {"complete": {"max_force": upper, "crossings": proved.crossings, "statement": sentence}}
+    numbers = {"max_force": upper, "crossings": proved.crossings}
+    if proved.steady:
+        numbers["steady"] = proved.steady
+        sentence += f"; at {proved.steady} of these it is 0"
+    return {"complete": numbers | {"statement": sentence}}
 
 
 def _rows(

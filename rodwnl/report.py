@@ -97,6 +97,7 @@ def sentences(search: "HopfSearch") -> list[str]:
             else "The range ends there because the straight rod is compressed to a thousandth, or ends."
         )
     said += [_buckling(search, t) for t in search.steady]
+    said += [_touch(search, force) for force in search.touches]
     if not search.thresholds:
         said.append("No Hopf threshold." if search.steady else _quiet(search))
     return said
@@ -111,6 +112,14 @@ def _buckling(search: "HopfSearch", threshold: "HopfThreshold") -> str:
     return f"At {name} = {value} the straight rod {change}: a steady crossing, omega = 0."
 
 
+def _touch(search: "HopfSearch", force: float) -> str:
+    name, value = heading(search.rod, "force"), cell(search.rod, "force", force, 1e-15 * force)
+    return (
+        f"At {name} = {value} a real eigenvalue touches 0 and turns back (two steady crossings in one: the "
+        "static balance has a double zero, to 50 digits); nothing crosses there."
+    )
+
+
 def _quiet(search: "HopfSearch") -> str:
     rod = search.rod
     growth = with_unit(rod, "growth", search.growth)
@@ -123,7 +132,11 @@ def _quiet(search: "HopfSearch") -> str:
 
 def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The JSON document of `hopf` and `landau`."""
-    steady = {"steady": [threshold_entry(t) for t in search.steady]} if search.steady else {}
+    steady: dict[str, Any] = {}
+    if search.steady:
+        steady["steady"] = [threshold_entry(t) for t in search.steady]
+    if search.touches:
+        steady["touches"] = [repr(force) for force in search.touches]
     return rod_document(search.rod) | {
         "range": ["0", decimal_text(search.max_force)],
         "thresholds": list(thresholds),

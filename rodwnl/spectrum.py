@@ -27,6 +27,7 @@ Crossing = tuple[float, float, float, float]  # low, high: the interval that hol
 DEFAULT_MAX_FORCE = 400
 FIRST_INTERVALS = 16  # of the scan in the force; bisection does the rest
 NARROWEST = 1e-9  # of the range: an interval not decided at this width holds a tangency
+STEADY = 1e-8  # an eigenvalue relative to the next one, below which its sign may be round-off
 MOST_SAMPLES = 200  # of the scan: 33 to 41 are usual, 70 where two thresholds nearly merge
 KEPT_FOR_ALL = 30  # eigenvalues taken, at least, when all crossings are asked for; else KEPT
 MOST_KEPT = 110  # more cost seconds a force, and those of largest modulus meet and part too often
@@ -80,7 +81,8 @@ class HopfSearch:
     eigenvalues, None if they were not asked for. range_cut: whether the range asked for was cut where the
     straight rod ends (of the plain rod at ν = 0, F = k1). growth, growth_force: the largest Re λ met and
     where; of the whole range if it is negative. evaluations: forces at which the scan computed the spectrum.
-    steady: crossings by a leading real eigenvalue.
+    steady: crossings by a leading real eigenvalue. touches: forces at which a real eigenvalue touches 0 and
+    turns back.
     """
 
     rod: RodParameters
@@ -92,6 +94,7 @@ class HopfSearch:
     growth_force: float
     evaluations: int
     steady: tuple[HopfThreshold, ...] = ()
+    touches: tuple[float, ...] = ()
 
     def __iter__(self) -> Iterator[HopfThreshold]:
         return iter(self.thresholds)
@@ -123,10 +126,10 @@ def hopf_thresholds(
     closely that double precision cannot decide, where a count contradicts the crossings, or where a
     parameter is beyond the range of double precision.
     """
-    upper, cut = _searched_range(rod, max_force)
+    upper, cut = searched_range(rod, max_force)
     route = _route(rod)
     with finite():
-        seen, crossings = scan(route, float(upper), all_crossings)
+        seen, crossings, touches = scan(route, float(upper), all_crossings)
         found = sorted((route.threshold(*crossing) for crossing in crossings), key=lambda t: t.force)
         counted = _counted(route, found, float(upper), all_crossings)
         growth, growth_force = _highest(route, seen, rounds=0 if counted else 3)
@@ -139,6 +142,7 @@ def hopf_thresholds(
         growth=growth, growth_force=growth_force,
         evaluations=len(seen.force),
         steady=tuple(t for t in counted if t.leading and t.steady),
+        touches=tuple(touches),
     )  # fmt: skip
 
 
@@ -150,6 +154,11 @@ class Route(Protocol):
 
     def unstable(self, force: float) -> int:
         """The number of eigenvalues with Re λ > 0, computed more finely."""
+
+    def settled(self, low: float, high: float) -> tuple[bool, float | None]:
+        """Whether nothing crosses in an interval with a real eigenvalue near 0, known by other means than its
+        sign, and the force near it at which it touches 0.
+        """
 
     def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
         """The one crossing in [low, high], near this force and frequency; not yet counted (-1)."""
@@ -166,6 +175,9 @@ class Exponentials:
 
     def unstable(self, force: float) -> int:
         return unstable_count(self.parameters, force)
+
+    def settled(self, low: float, high: float) -> tuple[bool, float | None]:
+        return False, None  # no real eigenvalue of the plain rod comes near 0
 
     def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
         return _newton(self.parameters, low, high, force, omega)
@@ -192,7 +204,8 @@ def finite() -> Iterator[None]:
         ) from error
 
 
-def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+def searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+    """The largest force searched when this one is asked for, and whether the straight rod ends before it."""
     if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)
@@ -225,8 +238,13 @@ class Samples:
         )
 
 
-def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Samples, list[Crossing]]:
-    """All samples taken and all crossings seen; open intervals are bisected together until none is left."""
+def scan(
+    route: Route, upper: float, all_crossings: bool = False
+) -> tuple[Samples, list[Crossing], list[float]]:
+    """All samples taken, all crossings seen, and the forces at which a real eigenvalue only touches 0.
+
+    Open intervals are bisected together until none is left.
+    """
     kept = _kept_for_all(route, upper) if all_crossings else KEPT
 
     def sampled(force: Real) -> Samples:
@@ -235,17 +253,27 @@ def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Sampl
     seen = sampled(np.linspace(0.0, upper, FIRST_INTERVALS + 1))
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []
+    touches: set[float] = set()
     while left.force.size and upper > 0:
         middle = sampled((left.force + right.force) / 2)
         seen = seen.followed_by(middle)
         decided, new = _decide(left, middle, right, all_crossings)
         crossings += new
+        for i in np.flatnonzero(~decided & _nearly_steady(middle)):
+            decided[i], touched = route.settled(float(left.force[i]), float(right.force[i]))
+            touches |= set() if touched is None else {touched}
         left, middle, right = left[~decided], middle[~decided], right[~decided]
         left, right = left.followed_by(middle), middle.followed_by(right)
         too_narrow = np.any(right.force - left.force < NARROWEST * upper)
         if too_narrow or (left.force.size and len(seen.force) > MOST_SAMPLES):
             raise ComputationError(undecided(float(left.force[0])))
-    return seen, crossings
+    return seen, crossings, sorted(touches)
+
+
+def _nearly_steady(samples: Samples) -> NDArray[np.bool_]:
+    """Where one eigenvalue, a real one then, is so close to 0 that its sign may be round-off."""
+    size = np.sort(np.abs(samples.eigenvalue), axis=1)
+    return np.asarray(size[:, 0] < STEADY * size[:, 1])
 
 
 def _kept_for_all(route: Route, upper: float) -> int:

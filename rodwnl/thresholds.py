@@ -22,15 +22,20 @@ from rodwnl.collocated import (
     unstable_count,
     wave_number,
 )
-from rodwnl.errors import ComputationError
+from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import Complex, Real
 from rodwnl.parameters import RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.spectrum import CONVERGED, MOST_STEPS, HopfThreshold, undecided
 from rodwnl.straightrod import straight_rod
+from rodwnl.uniformrod import is_uniform
 
 MORE_NODES = 16  # what every threshold is compared with
 MOST_NODES = 400
+RESOLVED = 1e-5  # relative distance of two steady crossings that double precision tells apart
+DIGITS = 17  # of a steady crossing's force, before it is rounded to a double
+BESIDE_ZERO = 1e-6  # a shift next to the eigenvalue 0, at which the matrix is not singular
+NEAR = 1e-3  # relative distance of what is undecided from where a real eigenvalue is closest to 0
 
 
 @dataclass(frozen=True)
@@ -47,8 +52,32 @@ class Collocation:
         """As `Route` says."""
         return unstable_count(self.rod, force)
 
+    def settled(self, low: float, high: float) -> tuple[bool, float | None]:
+        """As `Route` says: a real eigenvalue near 0, by the closed form of steady crossings."""
+        if not is_uniform(self.rod):
+            return False, None
+        from rodwnl.steady import extremum  # mpmath, which few rods need here
+
+        try:
+            found = extremum(self.rod, (low + high) / 2)
+        except (ComputationError, InputError):
+            return False, None
+        force = float(found.force)
+        if not abs(force - (low + high) / 2) <= NEAR * force:
+            return False, None
+        if found.kind == "two crossings":
+            if found.gap < RESOLVED * force:
+                raise ComputationError(
+                    f"near F = {force:.10g} a real eigenvalue crosses 0 twice, {2 * float(found.gap):.2g} "
+                    f"apart: too close for double precision; search up to there (max_force)"
+                )
+            return False, None
+        return True, force if found.kind == "touch" else None
+
     def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
         """As `Route` says. Raises ComputationError where Newton's method leaves the interval."""
+        if omega == 0 and is_uniform(self.rod):
+            return _steady(self.rod, low, high, force)
         nodes = nodes_at(self.rod, force, omega)
         coarse = _newton(self.rod, low, high, force, omega, nodes)
         fine = _newton(self.rod, low, high, force, omega, gauss_legendre(len(nodes.u) + MORE_NODES))
@@ -66,6 +95,24 @@ class Collocation:
                 + EPS * fine.omega
             ),
         )  # fmt: skip
+
+
+def _steady(rod: RodParameters, low: float, high: float, force: float) -> HopfThreshold:
+    """A steady crossing by its closed form, which keeps all digits where two of them are close."""
+    from rodwnl.steady import steady_force  # mpmath, which few rods need here
+
+    force = float(steady_force(rod, force, DIGITS))
+    if not low - (high - low) <= force <= high + (high - low):
+        raise ComputationError(undecided(low))
+    p, A_force, B_force = stepped(rod, force, nodes_at(rod, force, 0.0))
+    pair = nearest(p, BESIDE_ZERO)
+    u, v, lam = pair.left.conj(), pair.right, pair.eigenvalue
+    slope = float((u @ (A_force - lam * B_force) @ v / (u @ p.B @ v)).real)
+    return HopfThreshold(
+        force, 0.0, complex(slope),
+        unstable_below=-1, unstable_above=-1,  # until they are counted
+        residual=abs(lam) / (force * abs(slope)), force_error=EPS * force, omega_error=0.0,
+    )  # fmt: skip
 
 
 def nodes_at(rod: RodParameters, force: float, omega: float) -> Nodes:

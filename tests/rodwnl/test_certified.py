@@ -1,21 +1,21 @@
 """Certified thresholds: the characteristic function, the bound and the count behind them; refusals."""
 
 import sys
-from fractions import Fraction
 
 import mpmath as mp
 import numpy as np
 import pytest
 
-from rodwnl import kernels
 from rodwnl.balls import BallNumbers, enclosure, relative_accuracy, square_root, working_bits
 from rodwnl.certified import certify_threshold
-from rodwnl.closedform import critical_mode, critical_state, determinant
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.exact import MpNumbers, exact_threshold, refine_threshold
-from rodwnl.halfplane import BallRod, characteristic, count_right_of, unstable_region
+from rodwnl.exact import exact_threshold
+from rodwnl.halfplane import characteristic, count_right_of, unstable_region
+from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import RodParameters
 from rodwnl.spectrum import leading_eigenvalues
+
+from .theorems import assert_emitted_determinant, assert_energy_identity
 
 flint = pytest.importorskip("flint", reason="python-flint, the extra `certified`, is not installed")
 
@@ -35,26 +35,12 @@ def _bits():
 
 
 def ball_rod(parameters, force):
-    return BallRod(*(BallNumbers().number(Fraction(p)) for p in parameters), flint.acb(force))
+    return linear_rod(RodParameters(*parameters), flint.arb(force))
 
 
 @pytest.mark.parametrize("parameters", RODS)
 def test_characteristic_function_is_the_emitted_determinant_over_the_wronskian(parameters):
-    rod, ratios = ball_rod(parameters, 11), []
-    for lam in (5 + 7j, -3 + 200j, -0.1, 1e4 - 3j):
-        lam = flint.acb(lam)
-        c4, c2, c0 = kernels.exponent_polynomial(lam, rod.k1, rod.k2, rod.gamma3, rod.force)
-        root = (c2 * c2 - 4 * c4 * c0).sqrt()
-        z1, z2 = (root - c2) / (2 * c4), (-root - c2) / (2 * c4)
-        r1, r2 = z1.sqrt(), z2.sqrt()
-        columns = [
-            kernels.boundary_column(r, r.exp(), lam, rod.k1, rod.k2, rod.force) for r in (r1, -r1, r2, -r2)
-        ]
-        D = determinant([list(row) for row in zip(*columns, strict=True)])
-        ratios.append(D * r1 * r2 / (lam * (z1 - z2) ** 2) / characteristic(rod, lam).whole)
-    for ratio in ratios:
-        assert ratio.overlaps(ratios[0])
-        assert abs(ratio - ratios[0]).abs_upper() < 1e-20 * abs(ratio)
+    assert_emitted_determinant(RodParameters(*parameters), 11)
 
 
 def test_characteristic_function_is_smooth_where_an_exponent_vanishes():
@@ -65,25 +51,7 @@ def test_characteristic_function_is_smooth_where_an_exponent_vanishes():
 
 
 def test_energy_identity_behind_the_bound():
-    # λ(‖Y‖² + γ3‖Θ‖²) = −‖Q‖²/k2 − ‖Θ'‖² + (Fμ/k2)‖Θ‖² − F Θ(1)Y*(1), Q = k2Y' − μΘ
-    rod = RodParameters(200, "1e4", "1e-4")
-    with mp.workdps(40):
-        s = critical_state(rod, *refine_threshold(rod, mp.mpf("155.6"), mp.mpf("3367.28")), MpNumbers())
-        mode = critical_mode(s)
-        _, mu = kernels.base_state(s.k1, s.k2, s.force)
-        Q = mode.Y.derivative() * s.k2 - mode.Theta * mu
-
-        def square(f):
-            return (f * f.conjugate()).integral()
-
-        left = s.lam * (square(mode.Y) + s.gamma3 * square(mode.Theta))
-        right = (
-            -square(Q) / s.k2
-            - square(mode.Theta_u)
-            + s.force * mu / s.k2 * square(mode.Theta)
-            - s.force * mode.Theta.at_tip()
-        )
-        assert abs(left - right) < mp.mpf(10) ** -28 * abs(left)
+    assert_energy_identity(RodParameters(200, "1e4", "1e-4"), "155.6", "3367.28")
 
 
 @pytest.mark.parametrize("parameters", RODS)

@@ -156,8 +156,11 @@ def test_too_many_nodes_are_refused():
         (["--model", "quartic", "--parameter", "bend4=1", "--parameter", "bend4=2"], "given twice"),
         (["--parameter", "chi=1"], "name that one with --model"),
         (["--model", "metric-drag", "--parameter", "chi=1"], "it has none beside k1, k2, gamma3 and gamma1"),
-        (["--model", "quartic", "--digits", "20"], "--digits is made for the rod 'follower'"),
-        (["--model", "distributed", "--certified"], "--certified is made for the rod 'follower'"),
+        (
+            ["--model", "distributed", "--digits", "20"],
+            "'distributed' varies along it under its distributed load",
+        ),
+        (["--model", "distributed", "--certified"], "--certified needs modes that are exponentials"),
         (["--model", "missing.toml"], "missing.toml: No such file"),
     ],
 )

@@ -41,7 +41,10 @@ def test_another_threshold_does_not_stand_in_for_it(monkeypatch):
 
 
 def test_a_range_up_to_k1_is_refused():
-    with working_bits(64), pytest.raises(ComputationError, match="only up to forces below k1"):
+    with (
+        working_bits(64),
+        pytest.raises(ComputationError, match="that there is a straight rod up to the last force"),
+    ):
         certify_complete(RodParameters(20, "1e4", "1e-4"), Fraction(20), [])
 
 
@@ -51,3 +54,28 @@ def test_the_command_states_it(capsys):
     assert json.loads(capsys.readouterr().out)["complete"]["crossings"] == 0
     assert cli.run([*rod, "--complete"]) == 2
     assert "belongs to --certified" in capsys.readouterr().err
+
+
+BUCKLES = RodParameters("1e4", "1e2", "1e-2", model="partial_follower", chi="0.3")
+
+
+def test_steady_crossings_are_counted():
+    proved = prove_complete(hopf_thresholds(BUCKLES, 5))
+    assert (proved.crossings, proved.steady) == (1, 1)
+
+
+def test_a_withheld_steady_crossing_is_missed(monkeypatch):
+    monkeypatch.setattr(completeness, "MOST_BOXES", 3_000)
+    with working_bits(64), pytest.raises(ComputationError, match="no threshold near force"):
+        certify_complete(BUCKLES, Fraction(5), [])
+
+
+def test_a_touch_is_neither_counted_nor_left_out():
+    rod = RodParameters("1e4", "1e4", "1e-4", model="partial_follower", chi="1/2")
+    with pytest.raises(ComputationError, match=r"near force 9\.869604401 a real eigenvalue touches 0"):
+        prove_complete(hopf_thresholds(rod, 12))
+
+
+def test_a_rod_with_an_implicit_stretch():
+    rod = RodParameters("1e4", "1e2", "1e-2", model="quartic")
+    assert prove_complete(hopf_thresholds(rod, 10)).crossings == 0

@@ -48,33 +48,34 @@ def at_threshold(request):
 
 def test_modes_solve_their_equations(at_threshold):
     s, mode, adjoint = at_threshold, critical_mode(at_threshold), adjoint_mode(at_threshold)
-    nu, mu = kernels.base_state(s.k1, s.k2, s.force)
+    k2, gamma3 = (s.straight.values[name] for name in ("k2", "gamma3"))
+    nu, mu = s("base_state")
     for lam, Y, Theta in (
         (s.lam, mode.Y, mode.Theta),
         (s.lam.conjugate(), adjoint.Psi_Y, adjoint.Psi_Theta),
     ):
         Y_u, Theta_u = Y.derivative(), Theta.derivative()
-        shear = Y_u.derivative() * s.k2 - Theta_u * mu - Y * lam
-        moment = Theta_u.derivative() + (Y_u - Theta * nu) * mu - Theta * (s.gamma3 * lam)
+        shear = Y_u.derivative() * k2 - Theta_u * mu - Y * lam
+        moment = Theta_u.derivative() + (Y_u - Theta * nu) * mu - Theta * (gamma3 * lam)
         for u in POINTS:
-            assert abs(shear(u)) < TINY * s.k2 * 100
-            assert abs(moment(u)) < TINY * s.k2 * 100
+            assert abs(shear(u)) < TINY * k2 * 100
+            assert abs(moment(u)) < TINY * k2 * 100
         assert abs(Y.at_start()) + abs(Theta.at_start()) < TINY * 100
     assert abs(mode.Y.at_tip() - 1) < TINY
     assert abs((mode.Y.derivative() - mode.Theta * nu - mode.H)(POINTS[2])) < TINY * 100
     assert abs(mode.H.at_tip()) + abs(mode.Theta_u.at_tip()) < TINY * 1000
     Psi_Y, Psi_Theta = adjoint.Psi_Y, adjoint.Psi_Theta
-    assert abs(Psi_Y.derivative().at_tip() * s.k2 - mu * Psi_Theta.at_tip()) < TINY * s.k2
+    assert abs(Psi_Y.derivative().at_tip() * k2 - mu * Psi_Theta.at_tip()) < TINY * k2
     assert abs(Psi_Theta.derivative().at_tip() + s.force * Psi_Y.at_tip()) < TINY * 1e4
 
 
 def test_corrections_solve_their_boundary_value_problems(at_threshold):
     s, mode = at_threshold, critical_mode(at_threshold)
-    X = second_order(s, mode)
-    fields = (mode.Y, mode.Theta, mode.Theta_u, mode.H, s.lam, s.k1, s.k2, s.gamma1, s.force)
-    X0 = X.X0.derivative().derivative() * s.k1 - kernels.X0_forcing(*fields)
-    X2 = X.X2.derivative().derivative() * s.k1 - X.X2 * (2 * s.lam * s.gamma1) - kernels.X2_forcing(*fields)
-    size = abs(kernels.X2_forcing(*fields)(POINTS[2]))
+    X, k1 = second_order(s, mode), s("stretch_stiffness")
+    f0, f2 = (s(f"{name}_forcing", **mode.named()) for name in ("X0", "X2"))
+    X0 = X.X0.derivative().derivative() * k1 - f0
+    X2 = X.X2.derivative().derivative() * k1 - X.X2 * s("X2_operator") - f2
+    size = abs(f2(POINTS[2]))
     assert all(abs(X0(u)) + abs(X2(u)) < TINY * size for u in POINTS)
     for correction in (X.X0, X.X2):
         assert abs(correction.at_start()) < TINY * size
@@ -96,7 +97,7 @@ def test_residuals_show_a_force_that_is_no_threshold():
 def test_beta_is_the_slope_of_the_eigenvalue(at_threshold):
     # D(λ, F) = 0 with λ = iω, ω complex: dλ/dF = −i D_F/D_ω
     s = at_threshold
-    rod = RodParameters(*(str(mp.nstr(p, 20)) for p in (s.k1, s.k2, s.gamma3)))
+    rod = RodParameters(*(str(mp.nstr(s.straight.values[n], 20)) for n in ("k1", "k2", "gamma3")))
     h = mp.mpf(10) ** -12
     D_force = characteristic(rod, s.force * (1 + h), s.omega) - characteristic(
         rod, s.force * (1 - h), s.omega
@@ -205,8 +206,9 @@ def test_resonance_in_the_second_harmonic():
         def alpha(value):
             state = state_at(parameters, force, omega)
             r1, _, r2, *_ = state.exponents.basis
-            exponents = Exponents([r1, r2, mp.sqrt(2 * state.lam * value / state.k1)], MpNumbers())
-            return coefficients(replace(state, gamma1=value, exponents=exponents)).alpha
+            straight = replace(state.straight, values={**state.straight.values, "gamma1": value})
+            exponents = Exponents([r1, r2, mp.sqrt(2 * state.lam * value / 100)], MpNumbers())
+            return coefficients(replace(state, straight=straight, exponents=exponents)).alpha
 
         both_sides(alpha, gamma1, 20)
 

@@ -46,8 +46,10 @@ def test_particular_solutions_solve_the_equations(solver, harmonic):
         lam = harmonic * solver.lam
         Y, Theta = solver._particular(lam, harmonic, f, g)
         Y_u, Theta_u = Y.derivative(), Theta.derivative()
-        y = lam * Y - solver.k2 * Y_u.derivative() + solver.mu * Theta_u - f
-        theta = solver.gamma3 * lam * Theta - Theta_u.derivative() - solver.mu * (Y_u - solver.nu * Theta) - g
+        nu, mu = solver.straight("base_state")
+        k2, gamma3 = (solver.straight.values[name] for name in ("k2", "gamma3"))
+        y = lam * Y - k2 * Y_u.derivative() + mu * Theta_u - f
+        theta = gamma3 * lam * Theta - Theta_u.derivative() - mu * (Y_u - nu * Theta) - g
         for u in (mp.mpf("0.3"), mp.mpf("0.9")):
             assert abs(y(u)) < mp.mpf(10) ** -20 * abs(f(u))
             assert abs(theta(u)) < mp.mpf(10) ** -20 * abs(f(u))

@@ -12,7 +12,7 @@ from rodwnl.balls import BallNumbers, flint, working_bits
 from rodwnl.exact import refine_threshold
 from rodwnl.halfplane import count_right_of, unstable_region
 from rodwnl.inverse import inverse_operator, leading_eigenvalues
-from rodwnl.isolation import ball_rod
+from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import exact
 from rodwnl.quadrature import gauss_legendre
 
@@ -160,7 +160,7 @@ def test_between_the_crossings_of_a_soft_rod_the_proved_counts_are_those_seen(k1
     crossings = (*search.thresholds, *search.later)
     with working_bits(128):
         for t, following in list(pairwise(crossings))[:3]:
-            ball = ball_rod(rod, BallNumbers().number(exact("force", (t.force + following.force) / 2)))
+            ball = linear_rod(rod, BallNumbers().number(exact("force", (t.force + following.force) / 2)))
             region = unstable_region(ball, flint().arb(0))
             assert count_right_of(ball, flint().arb(0), region) == t.unstable_above
 
@@ -189,8 +189,8 @@ def test_a_crossing_that_the_scan_did_not_see_is_reported(monkeypatch):
     scan = spectrum.scan
 
     def forgetful(*arguments):
-        samples, crossings = scan(*arguments)
-        return samples, sorted(crossings)[1:]
+        samples, crossings, touches = scan(*arguments)
+        return samples, sorted(crossings)[1:], touches
 
     monkeypatch.setattr(spectrum, "scan", forgetful)
     with pytest.raises(ComputationError, match="one was missed"):

@@ -308,10 +308,10 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
             panel.set_title(label)
         for panel in axes[-1]:
             panel.set_xlabel("$u/L$")
-    rods = "; ".join(", ".join(f"{value:g}" for value in model.parameters[:3]) for model in models)
+    rods = "; ".join(_values(model.rod) for model in models)
     caption = (
         "Critical modes Y, Θ with Y(1) = 1, adjoint modes with (Ψ, Φ)_Γ = 1, and second-order "
-        f"displacements X0, X2 at the Hopf thresholds of the paper's rods (rows: k1, k2, γ3 = {rods}). "
+        f"displacements X0, X2 at Hopf thresholds (rows: {rods}). "
         "Real parts solid, imaginary parts dashed; of X0 only the real part enters."
     )
     return Drawing("modes", caption, figure, ("F_c", "field", "u", "real", "imag"), rows)

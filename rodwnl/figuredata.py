@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rodwnl.branches import branch
 from rodwnl.coefficients import LandauCoefficients, landau_at
-from rodwnl.cycles import Rod
 from rodwnl.inverse import leading_eigenvalues
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict_at
@@ -140,7 +139,7 @@ def orbits(column: Column) -> tuple[Array, Array]:
     c = column.coefficients
     reach = REACH * c.force
     farthest = c.force + reach if column.supercritical else float(column.rod.k1)
-    found = branch(Rod(*column.rod.floats()), c.force, c.omega, window=(c.force - reach, farthest))
+    found = branch(column.rod, c.force, c.omega, window=(c.force - reach, farthest))
     path = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in found.path])
     path[-1, 3] = path[-2, 3]
     turns = [event.at.cycle for event in found.folds]

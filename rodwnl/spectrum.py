@@ -121,7 +121,7 @@ def hopf_thresholds(
     closely that double precision cannot decide, where a count contradicts the crossings, or where a
     parameter is beyond the range of double precision.
     """
-    upper, cut = _searched_range(rod, max_force)
+    upper, cut = searched_range(rod, max_force)
     route = _route(rod)
     with finite():
         seen, crossings = scan(route, float(upper), all_crossings)
@@ -190,7 +190,11 @@ def finite() -> Iterator[None]:
         ) from error
 
 
-def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+def searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+    """The force up to which to search: `max_force`, or where the straight rod ends before; if it was cut.
+
+    Raises InputError for a negative force.
+    """
     if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)

@@ -98,15 +98,12 @@ def _prediction(threshold: State, force: float) -> State:
 def orbits(rod: RodParameters, number: int) -> State:
     """The branch of orbits of the full nonlinear rod from a threshold: force, A_tip and stability of each."""
     from rodwnl.branches import branch
-    from rodwnl.cycles import Rod
 
     thresholds = _of_rod(rod.floats())["thresholds"]
     if not 0 <= number < len(thresholds):
         raise ComputationError(f"there is no threshold {number + 1}: the rod has {len(thresholds)}")
     start = thresholds[number]
-    found = branch(
-        Rod(*rod.floats()), start["force"], start["omega"], most_points=ORBITS, locate_events=False
-    )
+    found = branch(rod, start["force"], start["omega"], most_points=ORBITS, locate_events=False)
     points = [[p.cycle.force, p.cycle.tip_amplitude, p.stable] for p in found.points]
     return {"threshold": number, "points": points}
 

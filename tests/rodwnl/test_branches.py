@@ -10,7 +10,6 @@ import pytest
 from rodwnl import branches, cli, coexistence
 from rodwnl.branches import Branch, BranchPoint, branch
 from rodwnl.coexistence import bistability, periodic_orbits, straight_is_stable
-from rodwnl.cycles import Rod
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.normalform import normal_form
 from rodwnl.orbits import orbit_at
@@ -18,7 +17,7 @@ from rodwnl.parameters import RodParameters
 from rodwnl.spectrum import HopfSearch, hopf_thresholds
 from rodwnl.strainform import follower
 
-STIFF = Rod(1e4, 1e4, 1e-4, 0.5)
+STIFF = RodParameters(1e4, 1e4, 1e-4)
 REENTRANT = RodParameters(160, "1e4", "1e-4")  # unstable between two thresholds, the upper one subcritical
 
 
@@ -30,7 +29,7 @@ def search() -> HopfSearch:
 @pytest.fixture(scope="module")
 def whole(search) -> Branch:
     """From the lower threshold to wherever it leads."""
-    return branch(Rod(*REENTRANT.floats()), search[0].force, search[0].omega)
+    return branch(REENTRANT, search[0].force, search[0].omega)
 
 
 def test_the_branch_joins_both_thresholds_through_a_fold(whole, search):
@@ -139,7 +138,7 @@ def test_a_branch_stops_where_it_is_told_to():
 
 
 def test_a_subcritical_branch_begins_unstable_on_the_stable_side():
-    few = branch(Rod(200.0, 1e4, 1e-4, 0.5), 155.6, 3367.3, most_points=2)
+    few = branch(RodParameters(200.0, 1e4, 1e-4), 155.6, 3367.3, most_points=2)
     assert [point.unstable for point in few.points] == [1, 1]
     assert all(point.cycle.force > few.start.force for point in few.points)
 
@@ -233,7 +232,7 @@ def test_bad_requests_end_with_one_line(capsys, arguments, message):
 
 def test_a_fold_next_to_a_hopf_point_is_seen_from_either_end():
     """k1 = 150.9: the fold lies 0.0066 beyond the upper threshold, within the branch's last step."""
-    rod = Rod(150.9, 1e4, 1e-4, 0.5)
+    rod = RodParameters(150.9, 1e4, 1e-4)
     from_below = branch(rod, 66.029541, 590.180246)
     from_above = branch(rod, 87.863223, 1049.660273, most_points=6)
     assert from_below.end == "Hopf point"

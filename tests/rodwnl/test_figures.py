@@ -11,7 +11,6 @@ from rodwnl.animation import film
 from rodwnl.branches import branch
 from rodwnl.cli import run
 from rodwnl.coefficients import landau
-from rodwnl.cycles import Rod
 from rodwnl.errors import InputError
 from rodwnl.figuredata import (
     Column,
@@ -46,7 +45,7 @@ def beating():
 def compared(column):
     """A comparison with a short branch, and one simulation in each state."""
     c = column.coefficients
-    path = branch(Rod(*FIRST.floats()), c.force, c.omega, window=(37.0, 38.0)).path
+    path = branch(FIRST, c.force, c.omega, window=(37.0, 38.0)).path
     followed = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in path])
     readings = [
         Reading("settled", 0.1, 1e-6, 193.0, 1e-3, 0.0),

@@ -9,15 +9,13 @@ from rodwnl import cli
 from rodwnl.branches import branch
 from rodwnl.coefficients import landau
 from rodwnl.coexistence import periodic_orbits
-from rodwnl.cycles import Rod
 from rodwnl.emittedlaw import emitted_law
-from rodwnl.errors import ComputationError, InputError
+from rodwnl.errors import InputError
 from rodwnl.laws import LAWS
-from rodwnl.modelbranches import model_branch
-from rodwnl.modelorbits import _solved, model_orbits, orbit_of
 from rodwnl.modelsimulation import law_form
 from rodwnl.nilpotent import exp, log, nilpotent
 from rodwnl.normalform import _Discrete
+from rodwnl.orbits import orbit_at
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.simulation import simulate
@@ -53,18 +51,6 @@ def test_exponentials_and_logarithms_are_differentiated():
         )
 
 
-def test_the_plain_rods_orbit_comes_out_of_its_emitted_law():
-    """Another set of equations and of unknowns: A_tip, ω, harmonics and multiplier of the plain route."""
-    rod = RodParameters(1e4, 1e4, 1e-4)
-    plain, found = periodic_orbits(rod, 40).orbits[0], model_orbits(rod, 40).orbits[0]
-    assert found.A_tip == pytest.approx(plain.A_tip, rel=1e-8)
-    assert found.omega == pytest.approx(plain.omega, rel=1e-8)
-    assert found.harmonics[1] == pytest.approx(plain.harmonics[1], rel=1e-7)
-    assert found.multipliers[0] == pytest.approx(plain.multipliers[0], rel=1e-6)
-    assert found.stable
-    assert plain.stable
-
-
 @pytest.mark.parametrize(
     ("model", "values"),
     [("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT), ("distributed", (1e4, 1e4, 1e-4))],
@@ -76,7 +62,7 @@ def test_orbits_near_onset_are_those_predicted(model, values):
 
     def error(detuning: float) -> float:
         force = threshold * (1 + detuning)
-        (orbit,), (prediction, *_) = model_orbits(rod, force).orbits, predict(rod, force)
+        (orbit,), (prediction, *_) = periodic_orbits(rod, force).orbits, predict(rod, force)
         assert orbit.stable is prediction.stable is True
         assert max(orbit.error, orbit.residual, orbit.multiplier_error) < 1e-6
         return abs(orbit.A_tip / prediction.A_tip - 1) + abs(orbit.omega / prediction.omega - 1)
@@ -84,29 +70,17 @@ def test_orbits_near_onset_are_those_predicted(model, values):
     assert error(1e-4) == pytest.approx(error(2e-4) / 2, rel=0.05)
 
 
-def test_orbits_of_a_subcritical_threshold_are_unstable():
+def test_a_subcritical_branch_begins_unstable_as_predicted():
     rod = RodParameters(*SOFT, model="metric_drag")
     upper = predict(rod, "155.7")[1]
-    assert upper.stable is False
-    orbit = orbit_of(emitted_law(rod), upper)
-    assert not orbit.stable
+    c = upper.coefficients
+    found = branch(rod, c.force, c.omega, until=155.7)
+    orbit = orbit_at(found.last, 155.7)
+    assert found.A_tip2_slope == pytest.approx(c.A_tip2_slope, rel=1e-8)
+    assert found.omega_slope == pytest.approx(c.omega_slope, rel=1e-8)
+    assert upper.stable is orbit.stable is False
     assert abs(orbit.multipliers[0]) > 1
     assert orbit.A_tip == pytest.approx(upper.A_tip, rel=0.01)
-
-
-def test_a_force_without_orbit_is_refused_in_one_line():
-    rod = RodParameters(*SOFT, model="partial_follower")
-    with pytest.raises(InputError, match=r"'partial_follower' has no orbit at force 1 .*branches lie above"):
-        model_orbits(rod, 1)
-
-
-def test_falling_back_to_the_straight_rod_is_recognised():
-    """Below the threshold there is nothing else for Newton's method to find from an orbit above it."""
-    rod = RodParameters(*SOFT, model="metric_drag")
-    prediction = predict(rod, 50)[0]
-    cycle = orbit_of(emitted_law(rod), prediction).cycle
-    with pytest.raises(ComputationError, match=r"fell back to the straight rod at force 49\.6"):
-        _solved(cycle.system, cycle.X, 49.6)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +95,7 @@ def test_falling_back_to_the_straight_rod_is_recognised():
 def test_runs_end_on_the_orbit(model, values, force):
     """Two numerical methods that share only R: A_tip and ω of a run begun next to the orbit."""
     rod = RodParameters(*values, model=model)
-    orbit = model_orbits(rod, force).orbits[0]
+    orbit = periodic_orbits(rod, force).orbits[0]
     # d ln A/dt towards the orbit; the first half of the run leaves less than 1e-5 of the distance to it
     rate = -np.log(abs(orbit.multipliers[0])) * orbit.omega / (2 * np.pi)
     duration = max(2 * 12 / rate, 40 * 2 * np.pi / orbit.omega)
@@ -158,28 +132,15 @@ def test_the_command_prints_an_orbit_of_another_rod(capsys):
     values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
     assert cli.run(["orbit", *values, "--force", "50", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    (orbit,) = model_orbits(RodParameters(*SOFT, model="metric_drag"), 50).orbits
+    (orbit,) = periodic_orbits(RodParameters(*SOFT, model="metric_drag"), 50).orbits
     assert document["model"] == "metric_drag"
     assert document["straight"] == "unstable"
     assert float(document["orbit"]["A_tip"]) == pytest.approx(orbit.A_tip, rel=1e-9)
     assert document["orbit"]["stable"] is True
-    assert cli.run(["orbit", *values, "--force", "20"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_the_plain_rods_branch_comes_out_of_its_emitted_law():
-    rod = RodParameters(1e4, 1e4, 1e-4)
-    start = landau(rod)[0]
-    plain = branch(Rod(*rod.floats()), start.force, start.omega, until=40.0, locate_events=False)
-    found = model_branch(emitted_law(rod), start, (0.0, 400.0), until=40.0)
-    assert found.end == plain.end == "force asked for"
-    one, other = found.points[-1], plain.points[-1]
-    assert one.cycle.force == other.cycle.force == 40.0
-    assert one.cycle.tip_amplitude == pytest.approx(other.cycle.tip_amplitude, rel=1e-6)
-    assert one.cycle.omega == pytest.approx(other.cycle.omega, rel=1e-6)
-    assert one.rho[0] == pytest.approx(other.rho[0], rel=1e-5)
-    assert all(point.stable for point in found.points)
-    assert not found.folds
+    assert cli.run(["orbit", *values, "--force", "200"]) == 2
+    error = capsys.readouterr().err
+    assert "no straight state" in error or "must have positive length" in error
+    assert error.count("\n") == 1
 
 
 def test_the_command_follows_another_rods_branch_through_its_fold(capsys):

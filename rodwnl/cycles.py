@@ -154,7 +154,7 @@ class OrbitSystem:
         return G, J
 
     def slopes(self, X: Array) -> Array:
-        """η1', η2', P', (m, 3, N+1); η1' without its mean, which under a load along the rod it has at rest."""
+        """η1', η2', P', (m, 3, N+1); η1' without its mean, which a load along the rod gives it."""
         slopes = self.unpack(X)[0][:, :-3].reshape(self.count, 3, -1).copy()
         slopes[:, 0] -= slopes[:, 0].mean()
         return slopes

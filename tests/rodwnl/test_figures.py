@@ -199,7 +199,7 @@ def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
 
 
 def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(figures, "computed", lambda pool, watch, quick: iter([drawings.compared([compared])]))
+    monkeypatch.setattr(figures, "computed", lambda *given: iter([drawings.compared([compared])]))
     folder = tmp_path / "new"
     assert run(["figures", "--out", str(folder)]) == 0
     assert {p.suffix for p in folder.iterdir()} == {".svg", ".png", ".csv", ".txt"}

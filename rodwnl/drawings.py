@@ -329,10 +329,10 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
             panel.set_title(label)
         for panel in axes[-1]:
             panel.set_xlabel("$u/L$")
-    rods = "; ".join(_values(model.rod) for model in models)
+    rods = "; ".join(dict.fromkeys(_values(model.rod) for model in models))
     caption = (
         "Critical modes Y, Θ with Y(1) = 1, adjoint modes with (Ψ, Φ)_Γ = 1, and second-order "
-        f"displacements X0, X2 at Hopf thresholds (rows: {rods}). "
+        f"displacements X0, X2 at the Hopf thresholds F_c of these rods: {rods}. "
         "Real parts solid, imaginary parts dashed; of X0 only the real part enters."
     )
     return Drawing("modes", caption, figure, ("F_c", "field", "u", "real", "imag"), rows)

@@ -146,8 +146,8 @@ def _range(rod: Sequence[Column]) -> tuple[float, float]:
     k1 = float(rod[0].rod.k1)
     if rod[0].rod.model == PLAIN:
         return (0.01 * k1, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
-    bearable = float(searched_range(rod[0].rod, 1.5 * highest)[0])
-    return 0.3 * lowest, min(1.5 * highest, 0.98 * bearable)
+    wanted = (1.5 if rod[-1].side > 0 else 1.1) * highest
+    return 0.3 * lowest, min(wanted, 0.98 * float(searched_range(rod[0].rod, wanted)[0]))
 
 
 def write(drawing: Drawing, folder: Path) -> Written:

@@ -37,7 +37,7 @@ def command(
     basic = {
         name: value
         for name, value in (("k1", k1), ("k2", k2), ("gamma3", gamma3), ("gamma1", gamma1))
-        if value
+        if value is not None
     }
     rods = _rods(basic, read_model(model, parameter or []))
     columns = columns_of(rods) if rods else None

@@ -1,24 +1,27 @@
 """Orbits and runs of rods other than the plain one, on their emitted laws."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 
-from rodwnl import cli
+from rodwnl import cli, coexistence
 from rodwnl.branches import branch
 from rodwnl.coefficients import landau
-from rodwnl.coexistence import periodic_orbits
+from rodwnl.coexistence import _crossings, bistability, periodic_orbits, straight_is_stable
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import InputError
 from rodwnl.laws import LAWS
+from rodwnl.models import emitted
 from rodwnl.modelsimulation import law_form
 from rodwnl.nilpotent import exp, log, nilpotent
 from rodwnl.normalform import _Discrete
 from rodwnl.orbits import orbit_at
 from rodwnl.parameters import RodParameters
-from rodwnl.predictions import predict
+from rodwnl.predictions import predict, predict_at
 from rodwnl.simulation import simulate
+from rodwnl.spectrum import hopf_thresholds
 
 SOFT = (200.0, 1e4, 1e-4)
 
@@ -124,8 +127,8 @@ def test_runs_start_at_rest_on_the_straight_rod(model):
 
 def test_what_is_made_for_the_plain_rod_refuses_others():
     rod = RodParameters(*SOFT, model="quartic")
-    with pytest.raises(InputError, match=r"made for the rod 'follower'.*`simulate` take any"):
-        rod.require_plain("--reduced")
+    with pytest.raises(InputError, match=r"made for the rod 'follower'.*not for 'quartic'"):
+        rod.require_plain("--digits")
 
 
 def test_the_command_prints_an_orbit_of_another_rod(capsys):
@@ -144,9 +147,9 @@ def test_the_command_prints_an_orbit_of_another_rod(capsys):
 
 
 def test_the_command_follows_another_rods_branch_through_its_fold(capsys):
-    """Unstable from the upper threshold to the fold, the largest force, then stable down to the lower one."""
+    """Unstable from the upper threshold to the fold, the largest force, then stable."""
     values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
-    assert cli.run(["branch", *values, "--threshold", "2", "--json"]) == 0
+    assert cli.run(["branch", *values, "--threshold", "2", "--max-points", "10", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     (fold,) = document["folds"]
     force, points = float(fold["force"]), document["points"]
@@ -154,9 +157,132 @@ def test_the_command_follows_another_rods_branch_through_its_fold(capsys):
     assert force == pytest.approx(161.4466394, abs=1e-6)
     assert float(fold["error"]["force"]) < 1e-6
     assert float(document["start"]["force"]) < force
-    assert document["end"]["reason"] == "Hopf point"
-    assert float(document["end"]["force"]) == pytest.approx(
-        landau(RodParameters(*SOFT, model="metric_drag"))[0].force
-    )
+    assert document["end"]["reason"] == "number of points"
     assert all(float(point["force"]) < force for point in points)
     assert [point["stable"] for point in points] == [i >= fold_at for i in range(len(points))]
+
+
+TIP_DRAG = """
+name = "tip_drag"
+title = "rod with a damper and drag at its tip"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
+
+[parameters]
+damper = { default = "1/1000", meaning = "damper at the tip" }
+
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+
+[[load]]
+kind = "follower"
+
+[[load]]
+kind = "damper"
+drag = "damper"
+
+[[load]]
+kind = "drag"
+axial = "1/50"
+transverse = "1/50"
+"""
+
+
+@pytest.fixture(scope="module")
+def dragged(tmp_path_factory) -> RodParameters:
+    """A rod whose tip conditions hold velocities, from a file."""
+    file = tmp_path_factory.mktemp("rod") / "rod.toml"
+    file.write_text(TIP_DRAG, encoding="utf-8")
+    return RodParameters(*SOFT, model=emitted(str(file)))
+
+
+def test_drag_in_the_tip_conditions_orbit_prediction_and_run_agree(dragged):
+    """At onset orbit and prediction agree to first order in the detuning; a run ends on the orbit."""
+    c = landau(dragged)[0]
+
+    def gaps(detuning: float) -> np.ndarray:
+        force = c.force * (1 + detuning)
+        (orbit,), prediction = periodic_orbits(dragged, force).orbits, predict_at(c, force)
+        assert orbit.stable is prediction.stable is True
+        return np.array([orbit.A_tip / prediction.A_tip - 1, orbit.omega / prediction.omega - 1])
+
+    # A_tip with the detuning, ω with its square
+    np.testing.assert_allclose(gaps(2e-4) / gaps(1e-4), [2, 4], rtol=0.05)
+    force = c.force * 1.05
+    orbit = periodic_orbits(dragged, force).orbits[0]
+    rate = -np.log(abs(orbit.multipliers[0])) * orbit.omega / (2 * np.pi)
+    run = simulate(dragged, force, max(24 / rate, 40 * 2 * np.pi / orbit.omega), orbit.A_tip, rtol=1e-6)
+    assert run.resolved
+    assert run.reading.state == "settled"
+    assert run.reading.A_tip == pytest.approx(orbit.A_tip, rel=1e-5)
+    assert run.reading.omega == pytest.approx(orbit.omega, rel=1e-5)
+
+
+@pytest.fixture(scope="module")
+def reentrant():
+    """The branches of the metric-drag rod at the paper's reentrant parameters, and the intervals."""
+    return bistability(RodParameters(*SOFT, model="metric_drag"))
+
+
+def test_hysteresis_of_another_rod_lies_between_threshold_and_fold(reentrant):
+    """Inside are a stable and an unstable orbit, beyond the fold none."""
+    _, upper = reentrant.search
+    (one,) = reentrant.branches
+    (fold,) = one.folds
+    assert reentrant.intervals == ((upper.force, fold.force),)
+    assert one.end == "Hopf point"
+    assert one.last.force == pytest.approx(upper.force, rel=1e-9)
+    assert abs(fold.at.rho[0] - 1) < 1e-3
+    assert fold.force == pytest.approx(161.4466394, abs=1e-6)
+    inside = _crossings(one, (upper.force + fold.force) / 2)
+    assert [orbit.stable for orbit in sorted(inside, key=lambda orbit: -orbit.A_tip)] == [True, False]
+    assert not _crossings(one, fold.force + 0.1)
+    assert [p.stable for p in one.points] == [i < fold.index for i in range(len(one.points))]
+
+
+def test_the_command_says_where_another_rod_has_hysteresis(reentrant, capsys, monkeypatch):
+    monkeypatch.setattr(coexistence, "bistability", lambda *given: reentrant)
+    values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
+    assert cli.run(["hysteresis", *values, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["model"] == "metric_drag"
+    ((low, high),) = reentrant.intervals
+    assert document["intervals"] == [{"low": repr(low), "high": repr(high)}]
+    assert document["branches"][0]["folds"][0]["kind"] == "fold"
+    assert cli.run(["hysteresis", *values]) == 0
+    assert "Both are stable between force = 155.600159 and 161.446639" in capsys.readouterr().out
+
+
+def test_a_rod_that_only_beats_has_no_hysteresis():
+    rod = RodParameters(*SOFT, model="quartic", bend4="1/1000", stretch4=0)
+    found = bistability(rod, 51)
+    assert found.intervals == ()
+    assert [one.end for one in found.branches] == ["edge of the range"]
+
+
+def test_a_buckled_straight_rod_is_not_stable():
+    """A dead load buckles the rod; no oscillation begins, and no interval is called stable beyond."""
+    rod = RodParameters(1e4, 1e4, 1e-4, model="partial_follower", chi=0)
+    search = hopf_thresholds(rod, 30)
+    (buckling, *_) = search.steady
+    assert straight_is_stable(search, buckling.force - 0.1)
+    assert not straight_is_stable(search, buckling.force + 0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["hysteresis", "--model", "nosuch"], "there is no rod 'nosuch'"),
+        (["hysteresis", "--model", "quartic", "--max-force", "-1"], "searched from 0 upwards"),
+        (["hysteresis", "--model", "quartic", "--parameter", "chi=1"], "has no parameter 'chi'"),
+        (["simulate", "--model", "distributed", "--reduced", "--force", "300"], "stretch"),
+        (["orbit", "--model", "metric-drag", "--force", "x"], "force is 'x': not a finite number"),
+    ],
+)
+def test_bad_requests_for_another_rod_end_with_one_line(capsys, arguments, message):
+    assert cli.run([*arguments, "--k1", "200", "--k2", "1e4", "--gamma3", "1e-4"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert re.search(message, line)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 LIGHT, DARK, RED, BLUE = "0.55", "0.1", "#c8553d", "#2a6f97"
 SNAPSHOTS = 10
+TITLE = 24  # characters that stand over a narrow panel
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 FORCE, TIME = "force $F$  ($k_3/L^2$)", r"$t$  ($\gamma_2 L^4/k_3$)"
 RATE = r"$k_3/\gamma_2 L^4$"
@@ -202,11 +204,9 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
         shapes.set(xlabel="$x/L$", ylabel="$y/L$", aspect="equal", xlim=(-0.03, 1.2))
         reach = float(np.abs(y[shown]).max()) + ARROW
         shapes.set(ylim=(-reach, reach))
-    known = [
-        f"{name} = {attributes[name]}"
-        for name in ("k1", "k2", "gamma3", "gamma1", "force")
-        if name in attributes
-    ]
+    names_of = str(attributes.get("parameters", "k1 k2 gamma3 gamma1")).split()
+    shown_names = [name for name in ("model", *names_of, "force") if name in attributes]
+    known = [f"{name} = {attributes[name]}" for name in shown_names]
     read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega") if name in attributes]
     state = f"; {attributes['state']}" if "state" in attributes else ""
     caption = ", ".join([*known, *read]) + state
@@ -224,8 +224,9 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
         for (top, bottom), item, letters in zip(axes.T, columns, letters_of, strict=True):
             _compare(item, top, 1)
             _compare(item, bottom, 2)
-            first, *others = _values(item.column.rod).split(", γ3")
-            top.set_title(f"({letters[0]}) {first},\nγ3{others[0]}", loc="left", fontsize=6)
+            first, rest = _values(item.column.rod).split(", γ3")
+            lines = [f"({letters[0]}) {first},", *wrap(f"γ3{rest}", TITLE)]
+            top.set_title("\n".join(lines), loc="left", fontsize=6)
             bottom.set_title(f"({letters[1]})", loc="left", fontsize=6)
             top.set(ylim=(-0.03 * top.get_ylim()[1], None))
             bottom.set(xlabel=FORCE)

@@ -365,6 +365,8 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             if plain
             else f"Planar Cosserat rod {run.rod.model_name!r}, full nonlinear equations",
             "conventions": "dimensionless: lengths in L, times in gamma2 L^4/k3, forces in k3/L^2",
+            **({} if plain else {"model": run.rod.model_name}),
+            "parameters": " ".join(run.rod.texts()),
             **run.rod.texts(),
             "force": run.force,
             "perturbation": run.perturbation,

@@ -164,6 +164,29 @@ def test_what_crosses_the_unit_circle_names_the_event(whole, monkeypatch, before
     assert named == ([] if expected is None else [expected])
 
 
+@pytest.mark.parametrize("model", ["follower", "metric_drag"])
+def test_a_change_of_stability_is_located_to_its_accuracy(model):
+    """A multiplier that passes through another size than 1: on these branches 1 is met at folds only."""
+    rod = RodParameters(200, 1e4, 1e-4, model=model)
+    points = branch(rod, 49.758, 446.0 if model == "metric_drag" else 334.3, until=52.0).points
+    before, after = points[-2:]
+    size = np.sqrt(np.abs(before.rho[0] * after.rho[0]))
+    length = (after.cycle.force - before.cycle.force) / before.forward
+
+    def event(at: BranchPoint) -> float:
+        return float(np.log(np.abs(at.rho[0]) / size))
+
+    found = branches._pinned("torus", before, length, after, event, 1)
+    assert found.error < 1e-6
+    assert before.cycle.force < found.force < after.cycle.force
+    orbit = orbit_at(found.at.cycle, found.force + 1e-3)
+    nearby = orbit_at(found.at.cycle, found.force - 1e-3)
+    sizes = [np.sqrt(abs(o.multipliers[0])) for o in (nearby, orbit)]
+    assert sizes[0] > size > sizes[1]
+    slope = (sizes[1] - sizes[0]) / 2e-3
+    assert abs(np.mean(sizes) - size) < 1e-6 * abs(slope) + 1e-8
+
+
 ROD = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
 
 

@@ -21,6 +21,7 @@ let branches = []; // of orbits, of the current rod
 let newest = 0; // number of the newest question; older answers are dropped
 let waiting = false; // for an answer: one question at a time, the next with what the sliders then say
 let resting = null;
+const PAGE = Math.random().toString(36).slice(2); // tells the server whose question it is
 
 function valueOf(slider, position) {
   const { low, high, log } = slider;
@@ -70,7 +71,7 @@ async function ask(rodChanged) {
   if (waiting) return;
   waiting = true;
   try {
-    current = await fetched("state", rod);
+    current = await fetched("state", { ...rod, page: PAGE, question: number });
     show();
     if (number === newest && !branches.length) resting = setTimeout(() => askOrbits(number, rod), ORBITS_AFTER);
   } catch (error) {
@@ -89,7 +90,7 @@ async function askOrbits(number, rod) {
     // a branch that joins two thresholds is asked for once
     if (found.some((b) => b.joins !== null && Math.abs(b.joins / thresholds[i].force - 1) < 1e-6)) continue;
     try {
-      const branch = await fetched("orbits", { ...rod, threshold: i });
+      const branch = await fetched("orbits", { ...rod, threshold: i, page: PAGE, question: number });
       if (number !== newest) return;
       found.push(branch);
       branches = [...found];

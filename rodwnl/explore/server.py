@@ -34,14 +34,15 @@ HEADERS = {
 class Handler(BaseHTTPRequestHandler):
     """GET /, /page.js, /page.css; /about; /state?k1=…&k2=…&gamma3=…&gamma1=…&force=…; /orbits?…&threshold=0.
 
-    model, own: the rod, and the parameters that only it has, with the values to begin with.
+    model, own: the rod, and the parameters that only it has, with the values to begin with. newest: the
+    number of the newest question of every page; a branch of orbits that an older one asked for is given up.
     """
 
     protocol_version = "HTTP/1.1"
     server_version = "rodwnl"
 
-    def __init__(self, *arguments: Any, model: str, own: Own) -> None:
-        self.model, self.own = model, own
+    def __init__(self, *arguments: Any, model: str, own: Own, newest: dict[str, int]) -> None:
+        self.model, self.own, self.newest = model, own, newest
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
@@ -62,6 +63,8 @@ class Handler(BaseHTTPRequestHandler):
             return
         try:
             given = {name: values[-1] for name, values in parse_qs(address.query).items()}
+            page, asked = given.get("page", ""), _whole("question", given.get("question", "0"))
+            self.newest[page] = max(asked, self.newest.get(page, 0))
             self._json(HTTPStatus.OK, question(given))
         except (InputError, ComputationError) as error:
             self._json(HTTPStatus.BAD_REQUEST, {"error": str(error)})
@@ -86,10 +89,13 @@ class Handler(BaseHTTPRequestHandler):
         return state(self._rod(given), given.get("force", "0"))
 
     def _orbits(self, given: dict[str, str]) -> Any:
-        number = exact("threshold", given.get("threshold", "0"))
-        if number.denominator != 1:
-            raise InputError(f"threshold is {number}, but it must be a whole number")
-        return orbits(self._rod(given), int(number))
+        page, asked = given.get("page", ""), _whole("question", given.get("question", "0"))
+
+        def watch(point: Any) -> None:
+            if self.newest[page] > asked:
+                raise ComputationError("the page has asked for something else since")
+
+        return orbits(self._rod(given), _whole("threshold", given.get("threshold", "0")), watch)
 
     def _rod(self, given: dict[str, str]) -> RodParameters:
         if missing := [name for name in ROD if name not in given]:
@@ -98,10 +104,17 @@ class Handler(BaseHTTPRequestHandler):
         return RodParameters(*(given[name] for name in ROD), model=self.model, **own)
 
 
+def _whole(name: str, text: str) -> int:
+    number = exact(name, text)
+    if number.denominator != 1:
+        raise InputError(f"{name} is {number}, but it must be a whole number")
+    return int(number)
+
+
 def serve(port: int = 0, model: str = PLAIN, own: Own = ()) -> ThreadingHTTPServer:
     """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError if it is taken."""
     try:
-        server = ThreadingHTTPServer((HOST, port), partial(Handler, model=model, own=own))
+        server = ThreadingHTTPServer((HOST, port), partial(Handler, model=model, own=own, newest={}))
     except OSError as error:
         raise InputError(f"cannot listen on {HOST}:{port}: {error.strerror}; give another --port") from None
     server.daemon_threads = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 from math import isfinite, sqrt
@@ -160,10 +161,10 @@ def _prediction(threshold: State, force: float) -> State:
     }
 
 
-def orbits(rod: RodParameters, number: int) -> State:
+def orbits(rod: RodParameters, number: int, watch: Callable[[Any], None] = lambda point: None) -> State:
     """The branch of orbits of the full nonlinear rod from a threshold: force, A_tip and stability of each.
 
-    joins: the force of the Hopf point at which it ends, or None.
+    joins: the force of the Hopf point at which it ends, or None. watch: called with every orbit.
     """
     from rodwnl.branches import branch
 
@@ -171,7 +172,7 @@ def orbits(rod: RodParameters, number: int) -> State:
     if not 0 <= number < len(thresholds):
         raise ComputationError(f"there is no threshold {number + 1}: the rod has {len(thresholds)}")
     start = thresholds[number]
-    found = branch(rod, start["force"], start["omega"], most_points=ORBITS, locate_events=False)
+    found = branch(rod, start["force"], start["omega"], most_points=ORBITS, watch=watch, locate_events=False)
     points = [[p.cycle.force, p.cycle.tip_amplitude, p.stable] for p in found.points]
     joins = found.last.force if found.end == "Hopf point" else None
     return {"threshold": number, "points": points, "joins": joins}

@@ -188,6 +188,18 @@ def test_the_server_answers_for_its_rod():
         assert "no straight state at force = 310" in document["error"]
 
 
+def test_orbits_are_given_up_when_the_page_asks_for_something_else(port):
+    answers = []
+    stale = Thread(
+        target=lambda: answers.append(question(port, "/orbits", **PAPER, threshold=0, page="a", question=1))
+    )
+    stale.start()
+    assert question(port, "/state", **PAPER, force=60, page="a", question=2)[0] == 200
+    stale.join()
+    ((status, document),) = answers
+    assert (status, document["error"]) == (400, "the page has asked for something else since")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

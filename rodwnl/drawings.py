@@ -149,8 +149,10 @@ def _parts(panel: Any, path: EigenvaluePath, columns: Sequence[Column], legend: 
 
 def nonlinear(run: Simulation) -> Drawing:
     """fig:nonlinear: snapshots of one beat with the follower force, and the tip's motion."""
-    period = round(2 * np.pi / (run.reading.omega or np.inf) / (run.time[1] - run.time[0]))
     last = run.frame_time.size - 1
+    period = last
+    if run.reading.omega:
+        period = min(last, round(2 * np.pi / run.reading.omega / (run.time[1] - run.time[0])))
     shown = np.linspace(last - period, last, SNAPSHOTS + 1).astype(int)[1:]
     smooth = interpolation(run.nodes.size - 1, np.linspace(0, 1, 101)).T
     x, y = run.x[shown] @ smooth, run.y[shown] @ smooth
@@ -170,11 +172,14 @@ def nonlinear(run: Simulation) -> Drawing:
         for panel in (growing, beating):
             panel.set(xlabel=TIME, xmargin=0)
         growing.set(ylabel="$y(1, t)/L$")
+    read = f"The oscillation has {run.reading.state}."
+    if run.reading.A_tip is not None and run.reading.omega is not None:
+        read = f"A_tip = {run.reading.A_tip:.6g}, ω = {run.reading.omega:.7g}."
     caption = (
         f"Beating rod, {_values(run.rod)}, F = {run.force:g}, full nonlinear equations. Top: {SNAPSHOTS} "
-        f"shapes of one period, the later the darker, with the {_load(run.rod)} at the tip. Bottom: the tip "
+        f"shapes of one period, the later the darker{_load(run)}. Bottom: the tip "
         f"from the perturbed straight rod on (perturbation {run.perturbation:g}), and its last three "
-        f"periods; times in γ2 L⁴/k3. A_tip = {run.reading.A_tip:.6g}, ω = {run.reading.omega:.7g}."
+        f"periods; times in γ2 L⁴/k3. {read}"
     )
     rows = np.column_stack([run.time, run.tip_x, run.tip_y, run.tip_theta]).tolist()
     return Drawing("nonlinear", caption, figure, ("t", "tip_x", "tip_y", "tip_theta"), rows)
@@ -347,8 +352,11 @@ def _values(rod: RodParameters) -> str:
     return plain + own + ("" if rod.model == PLAIN else f" ({rod.model_name})")
 
 
-def _load(rod: RodParameters) -> str:
-    return "follower force" if rod.model == PLAIN else "load"
+def _load(run: Simulation) -> str:
+    """What the arrows at the tip show."""
+    if not run.tip_load.any():
+        return ""
+    return f", with the {'follower force' if run.rod.model == PLAIN else 'load'} at the tip"
 
 
 def _path_table(paths: Sequence[tuple[Column, EigenvaluePath]]) -> tuple[Sequence[str], list[list[Any]]]:

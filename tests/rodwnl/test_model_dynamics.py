@@ -20,6 +20,7 @@ from rodwnl.normalform import _Discrete
 from rodwnl.orbits import orbit_at
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict, predict_at
+from rodwnl.reduced import reduced_model
 from rodwnl.simulation import simulate
 from rodwnl.spectrum import hopf_thresholds
 
@@ -207,6 +208,9 @@ def test_drag_in_the_tip_conditions_orbit_prediction_and_run_agree(dragged):
         assert orbit.stable is prediction.stable is True
         return np.array([orbit.A_tip / prediction.A_tip - 1, orbit.omega / prediction.omega - 1])
 
+    reduced, A = reduced_model(dragged, c.force, c), 0.003 - 0.002j
+    y, theta = 2 * (A * reduced.Y).real, 2 * (A * reduced.Theta).real
+    assert reduced.amplitude(y, theta) == pytest.approx(A, rel=1e-9)  # the conjugate mode does not count
     # A_tip with the detuning, ω with its square
     np.testing.assert_allclose(gaps(2e-4) / gaps(1e-4), [2, 4], rtol=0.05)
     force = c.force * 1.05

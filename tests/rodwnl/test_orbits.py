@@ -69,12 +69,16 @@ def test_the_jacobian_is_the_derivative(law, s):
     X, d = smooth(0.01, 200.0, 40.0, s), smooth(0.01, 20.0, 4.0, 0.1 * s)
     X[:-3].reshape(4, -1)[:, -3] += 0.8  # the stretch
 
-    def difference(step: float) -> np.ndarray:
+    def difference(step: float, d: np.ndarray) -> np.ndarray:
         return (system.linearised(X + step * d)[0] - system.linearised(X - step * d)[0]) / (2 * step)
 
-    exact = system.linearised(X)[1] @ d
-    found = (4 * difference(step) - difference(2 * step)) / 3
-    np.testing.assert_allclose(found, exact, atol=1e-8 * np.abs(exact).max())
+    def along(direction: np.ndarray) -> np.ndarray:
+        return (4 * difference(step, direction) - difference(2 * step, direction)) / 3
+
+    J = system.linearised(X)[1]
+    np.testing.assert_allclose(along(d), J @ d, atol=1e-8 * np.abs(J @ d).max())
+    by_square = J[:, -1]
+    np.testing.assert_allclose(along(np.eye(X.size)[-1]), by_square, atol=1e-4 * np.abs(by_square).max())
 
 
 @pytest.mark.parametrize("name", HOPF)

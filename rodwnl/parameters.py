@@ -120,7 +120,7 @@ class RodParameters:
         if self.model != PLAIN:
             raise InputError(
                 f"{what} is made for the rod {PLAIN!r} (constant coefficients, modes known in closed form), "
-                f"not for {self.model_name!r}; without that every rod is served"
+                f"not for {self.model_name!r}"
             )
 
     @property

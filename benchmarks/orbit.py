@@ -17,7 +17,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from rodwnl import RodParameters, hopf_thresholds, periodic_orbits, simulate
-from rodwnl.cycles import Rod
+from rodwnl.emittedlaw import emitted_law
 from rodwnl.orbits import Cycle, Orbit, onset, orbit_at
 
 CASES = [
@@ -41,7 +41,7 @@ def timed(work: Callable[[], Any], repeat: int) -> tuple[float, Any]:
 
 def from_threshold(rod: RodParameters, force: float, hopf_force: float, omega: float) -> Orbit:
     """The orbit at this force, guessed by the branch's tangent at its Hopf point."""
-    begin = onset(Rod(*rod.floats()), hopf_force, omega)
+    begin = onset(emitted_law(rod), hopf_force, omega)
     X, tangent = begin.point.X, begin.point.tangent
     return orbit_at(Cycle(begin.system, X + (force - X[-2]) / tangent[-2] * tangent), force)
 

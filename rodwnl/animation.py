@@ -1,4 +1,4 @@
-"""The beating rod as a film: its shapes, the follower force at its tip, the path of the tip."""
+"""The beating rod as a film: its shapes, the load at its tip, the path of the tip."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def film(run: Simulation, path: Path) -> None:
 
 def _scene(run: Simulation, axes: Any) -> Any:
     """Prepare the axes; the function returned draws frame k."""
-    x, y, theta = (field[-SHOWN:] for field in (run.x, run.y, run.theta))
+    x, y = run.x[-SHOWN:], run.y[-SHOWN:]
     reach = max(0.1, 1.1 * float(np.abs(y).max()) + 0.03)
     axes.set(xlim=(-0.05, max(1.0, float(x.max())) + ARROW + 0.05), ylim=(-reach, reach), aspect="equal")
     axes.set(xlabel="$x/L$", ylabel="$y/L$")
@@ -62,22 +62,22 @@ def _scene(run: Simulation, axes: Any) -> Any:
     axes.plot(x[:, -1], y[:, -1], color="0.7", linewidth=0.8)
     (rod,) = axes.plot([], [], color="C0", linewidth=2.2)
     smooth = interpolation(run.nodes.size - 1, np.linspace(0, 1, 101))
-    arrow = follower_arrows(axes, x[:1, -1], y[:1, -1], theta[:1, -1], "C1")
+    load = run.tip_load[-SHOWN:]
+    arrow = load_arrows(axes, x[:1, -1], y[:1, -1], load[:1], "C1")
 
     def draw(k: int) -> Any:
         rod.set_data(smooth @ run.x[k], smooth @ run.y[k])
-        angle = run.theta[k, -1]
         arrow.set_offsets([[run.x[k, -1], run.y[k, -1]]])
-        arrow.set_UVC(-np.cos(angle), -np.sin(angle))
+        arrow.set_UVC(*run.tip_load[k])
         axes.set_title(f"force {run.force:g},   t = {run.frame_time[k]:.4f}", loc="left")
         return rod, arrow
 
     return draw
 
 
-def follower_arrows(axes: Any, x: Any, y: Any, theta: Any, color: Any) -> Any:
-    """The follower force −F e1 at tips (x, y) turned by θ: arrows along the rod that end at its tip."""
+def load_arrows(axes: Any, x: Any, y: Any, load: Any, color: Any) -> Any:
+    """The load over the force, (k, 2), at tips (x, y): arrows that end there, as long as ARROW for 1."""
     return axes.quiver(
-        x, y, -np.cos(theta), -np.sin(theta), angles="xy", scale_units="xy", scale=1 / ARROW, pivot="tip",
-        color=color, width=0.006, zorder=3,
+        x, y, *load.T, angles="xy", scale_units="xy", scale=1 / ARROW, pivot="tip",
+        color=color, width=0.006, minlength=0, zorder=3,
     )  # fmt: skip

@@ -274,13 +274,13 @@ WITNESSES = (
 def witnesses() -> Iterator[Witness]:
     """For each kind of region a branch of orbits of the full nonlinear rod, beside the prediction."""
     from rodwnl.branches import branch
-    from rodwnl.cycles import Rod
+    from rodwnl.parameters import RodParameters
 
     for region, rod, number in WITNESSES:
         b = landau_batch(*rod, max_force=MAX_FORCE)
         force, alpha = float(b.force[number]), complex(b.alpha[number])
         points = branch(
-            Rod(*rod, 0.5), force, float(b.omega[number]), most_points=4, locate_events=False
+            RodParameters(*rod), force, float(b.omega[number]), most_points=4, locate_events=False
         ).points
         detuning = np.array([p.cycle.force - force for p in points])
         slopes = np.array([p.cycle.tip_amplitude**2 for p in points])[detuning != 0] / detuning[detuning != 0]

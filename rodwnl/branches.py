@@ -10,13 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.continuation import ConvergenceError, Point, advance, correct, locate, solve_at
-from rodwnl.cycles import OrbitSystem, Rod
+from rodwnl.cycles import OrbitSystem
+from rodwnl.emittedlaw import emitted_law
 from rodwnl.floquet import multipliers
 from rodwnl.orbits import FINEST, Cycle, finer, onset, regridded, suited
+from rodwnl.parameters import RodParameters
+from rodwnl.spectrum import searched_range
 
 START = (8, 28)  # resolution at the Hopf point: there nothing but round-off limits the slopes
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.25, 1e-6  # in (F/F_c, ω/ω_c, s)
 MOST_POINTS = 150
+FARTHEST = 100  # forces, relative to the threshold's, to which a branch is followed unless told otherwise
 TAILS = 1e-8, 3e-6, 3e-5  # of orbits on a branch: coarsen below the first, refine above the last, aim between
 WORST_TAIL = 1e-3  # of an orbit on the finest grid
 EVENT_ACCURACY = 1e-7  # absolute, in the force
@@ -89,7 +93,7 @@ class Branch:
     forces searched.
     """
 
-    rod: Rod
+    rod: RodParameters
     window: tuple[float, float]
     start: Cycle
     A_tip2_slope: float
@@ -120,18 +124,19 @@ class Branch:
 
 
 def branch(
-    rod: Rod, force: float, omega: float, until: float | None = None,
+    rod: RodParameters, force: float, omega: float, until: float | None = None,
     window: tuple[float, float] | None = None, most_points: int = MOST_POINTS,
     watch: Callable[[BranchPoint], None] = lambda point: None, locate_events: bool = True,
 ) -> Branch:  # fmt: skip
     """The branch from the Hopf point near (force, omega) to its other end.
 
-    Or to where it first reaches the force `until`, leaves the window of forces (default: 0 to k1), or has so
-    many points. `watch` is called with each point. Raises ComputationError where there is no Hopf point.
-    Without `locate_events` the branch is followed only for where it leads.
+    Or to where it first reaches the force `until`, leaves the window of forces (default: those up to FARTHEST
+    times this one that the straight rod bears), or has so many points. `watch` is called with each point.
+    Raises ComputationError where there is no Hopf point. Without `locate_events` the branch is followed only
+    for where it leads.
     """
-    window = window or (0.0, rod.k1)
-    begin = onset(rod, force, omega, START)
+    window = window or (0.0, float(searched_range(rod, FARTHEST * force)[0]))
+    begin = onset(emitted_law(rod), force, omega, START)
     stops: list[tuple[End, float]] = [("edge of the range", edge) for edge in window]
     if until is not None:
         stops.insert(0, ("force asked for", until))
@@ -142,7 +147,7 @@ def branch(
     end: End = "number of points"
     while len(points) < most_points:
         try:
-            system, point = _on_suitable_grid(system, point)
+            system, point = _on_suitable_grid(*_to_scale(system, point))
             new, length, step = advance(system, point, step, SHORTEST_STEP)
         except ConvergenceError:
             end = "not resolved"
@@ -198,6 +203,16 @@ def _last(
     return None
 
 
+def _to_scale(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, Point]:
+    """The same point, measured by its own force and frequency once they have left those of the Hopf point."""
+    omega, force = (max(abs(float(value)), np.finfo(float).tiny) for value in point.X[-3:-1])
+    if max(abs(np.log(omega / system.omega_scale)), abs(np.log(force / system.force_scale))) < np.log(2):
+        return system, point
+    system = replace(system, omega_scale=omega, force_scale=force)
+    length = np.sqrt(system.metric @ point.tangent**2)
+    return system, replace(point, tangent=point.tangent / length, curvature=point.curvature / length**2)
+
+
 def _on_suitable_grid(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, Point]:
     """The same point on a grid whose tails lie in the range of TAILS, within FINEST."""
     cycle = Cycle(system, point.X)
@@ -215,7 +230,9 @@ def _on_suitable_grid(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, P
 def _moved(system: OrbitSystem, point: Point, resolution: tuple[int, int]) -> tuple[OrbitSystem, Point]:
     """The same point on another grid, with its tangent's direction kept."""
     new, guess = regridded(Cycle(system, point.X), resolution)
-    tangent, curvature = system.resampled(point.tangent, new), system.resampled(point.curvature, new)
+    tangent, curvature = (
+        regridded(Cycle(system, vector), resolution)[1] for vector in (point.tangent, point.curvature)
+    )
     return new, replace(correct(new, guess, new.metric * tangent), curvature=curvature)
 
 

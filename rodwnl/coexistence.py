@@ -14,11 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from rodwnl.branches import Branch, BranchPoint, branch
-from rodwnl.cycles import Rod
+from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError
 from rodwnl.orbits import Cycle, Orbit, onset, orbit_at, regridded
 from rodwnl.parameters import Number, RodParameters, decimal_text
-from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfSearch, HopfThreshold, hopf_thresholds
+from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfSearch, HopfThreshold, hopf_thresholds, searched_range
 
 MARGIN = 1.5  # the window reaches so far beyond the last threshold and the force asked for
 FARTHEST_GUESS = 0.5  # s up to which the branch's tangent at onset serves as the guess
@@ -61,16 +61,16 @@ def periodic_orbits(
     """The orbits at one force.
 
     Where the straight rod is unstable, the stable orbit that its instability leads to; with `every`, and
-    where the straight rod is stable, all orbits of all branches. Raises InputError for a force outside
-    [0, k1) and ComputationError where no orbit is found.
+    where the straight rod is stable, all orbits of all branches. Raises InputError for a force without
+    straight rod and ComputationError where no orbit is found.
     """
     exact = rod.checked_force(force)
-    at, floats = float(exact), Rod(*rod.floats())
-    search = hopf_thresholds(rod, min(rod.k1, max(2 * exact, Fraction(DEFAULT_MAX_FORCE))))
+    at = float(exact)
+    search = hopf_thresholds(rod, max(2 * exact, Fraction(DEFAULT_MAX_FORCE)))
     stable = straight_is_stable(search, at)
     if not stable and not every:
         for threshold in sorted(search, key=lambda t: abs(t.force - at)):
-            orbit = _led_to(floats, threshold, at, watch)
+            orbit = _led_to(rod, threshold, at, watch)
             if orbit is not None:
                 return Orbits(rod, at, stable, (orbit,), ())
     branches = all_branches(rod, search, at, watch)
@@ -107,26 +107,30 @@ def bistability(
 
 def straight_is_stable(search: HopfSearch, force: float) -> bool:
     """Whether the straight rod is linearly stable at a force within the range searched."""
-    below = [threshold for threshold in search if threshold.force < force]
+    below = [threshold for threshold in _changes(search) if threshold.force < force]
     return not below or below[-1].unstable_above == 0
+
+
+def _changes(search: HopfSearch) -> list[HopfThreshold]:
+    """Where the straight rod loses or regains stability, by oscillating or by buckling."""
+    return sorted([*search, *search.steady], key=lambda threshold: threshold.force)
 
 
 def all_branches(rod: RodParameters, search: HopfSearch, force: float, watch: Watch) -> tuple[Branch, ...]:
     """Every branch from a threshold, each once: not from a Hopf point at which an earlier branch ended."""
-    floats = Rod(*rod.floats())
     highest = max([force, *(threshold.force for threshold in search)])
-    window = (0.0, min(floats.k1, MARGIN * highest))
+    window = (0.0, float(searched_range(rod, MARGIN * highest)[0]))
     found: list[Branch] = []
     for threshold in search:
         ends = [one.last.force for one in found if one.end == "Hopf point"]
         if not any(abs(end / threshold.force - 1) < SAME for end in ends):
-            found.append(branch(floats, threshold.force, threshold.omega, window=window, watch=watch))
+            found.append(branch(rod, threshold.force, threshold.omega, window=window, watch=watch))
     return tuple(found)
 
 
-def _led_to(rod: Rod, threshold: HopfThreshold, force: float, watch: Watch) -> Orbit | None:
+def _led_to(rod: RodParameters, threshold: HopfThreshold, force: float, watch: Watch) -> Orbit | None:
     """The first orbit at this force on the branch of a threshold, if there is one and it is stable."""
-    begin = onset(rod, threshold.force, threshold.omega)
+    begin = onset(emitted_law(rod), threshold.force, threshold.omega)
     X, tangent = begin.point.X, begin.point.tangent
     guess = Cycle(begin.system, X + (force - X[-2]) / tangent[-2] * tangent)
     try:
@@ -175,7 +179,7 @@ def _stable_ranges(one: Branch) -> list[tuple[float, float]]:
 
 def _quiet_ranges(search: HopfSearch) -> list[tuple[float, float]]:
     """Forces over which the straight rod is stable."""
-    edges = [0.0, *(threshold.force for threshold in search), float(search.max_force)]
+    edges = [0.0, *(threshold.force for threshold in _changes(search)), float(search.max_force)]
     return [(low, high) for low, high in pairwise(edges) if straight_is_stable(search, (low + high) / 2)]
 
 

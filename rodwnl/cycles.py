@@ -1,46 +1,41 @@
 """The equations of a periodic orbit of the full nonlinear rod, by Fourier × Chebyshev collocation.
 
-They are those of `strainform` for the plain follower-force rod, whose strains at the tip are ν, 0, 0 at all
-times, so that E w_t = R(w) with E = −∫₀ᵘ∫ᵤ¹. An orbit that bifurcates from the straight rod repeats itself
-mirrored after half a period: h1 has even harmonics, h2 and Π odd ones. With a the first harmonic of the
-tip's angle and s = a², write
+They are E w_t = R(w, F) as the rod's law gives it (`strainform`, `normalform`), whose exact derivatives
+Newton's method takes. An orbit that bifurcates from the straight rod repeats itself mirrored after half a
+period: h1 has even harmonics of τ = ωt, h2 and Π odd ones. With a the first harmonic of the tip's angle and
+s = a², write
 
-    h1 = ν + s η1,    h2 = a η2,    Π = a P.
+    h1 = η1,    h2 = a η2,    Π = a P,
 
-Then the equations, all of them polynomial, contain a only through s:
+and divide the equations that are odd in τ by a:
 
-    F1 = k1 (h1 − 1),   V1 = (k1 η1' − k2 P η2)/γ1,   V2 = k2 η2' + P F1,   W = (P' + η2 (k2 h1 − F1))/γ3,
-    ω E ∂τ η1' = V1 + ∫ (W η2 − P V2),    ω E ∂τ η2' = V2 + ∫ (s P V1 − W h1),    ω E ∂τ P' = W,
+    ω E ∂τ η1 = R1(η1, a η2, a P),    ω E ∂τ (η2, P) = (R2, R3)(η1, a η2, a P)/a,
 
-∫ from 0 to u, closed by the definition of a and a choice of phase: the first harmonic of ∫₀¹ P du is cos τ.
-So the straight rod is no solution, and Newton's method cannot fall back to it; at s = 0 the equations are
-the eigenvalue problem of the Hopf point, through which the branch passes smoothly in s.
+closed by a choice of amplitude and phase: the first harmonic of ∫₀¹ P du is cos τ. So the straight rod is no
+solution for s ≠ 0, and Newton's method cannot fall back to it. The rod's mirror symmetry makes both sides
+functions of s, smooth through s = 0, where they are the straight rod's balance and the eigenvalue problem of
+the Hopf point. Beyond, at s < 0, a is imaginary; Newton's method may step there, but no orbit lies there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.collocation import chebyshev, interpolation
-from rodwnl.strainform import Integrals, integrals, mass
+from rodwnl.nilpotent import nilpotent
+from rodwnl.normalform import NormalForm, _Discrete
+from rodwnl.strainform import RodLaw, integrals, strains
 
 Array = NDArray[np.float64]
 
-PARITY = ("even", "odd", "odd")  # of η1', η2', P' in τ
-
-
-class Rod(NamedTuple):
-    """The dimensionless parameters as floats."""
-
-    k1: float
-    k2: float
-    gamma3: float
-    gamma1: float
+PARITY = ("even", "odd", "odd")  # of h1, h2, Π in τ
+LEAST = 1e-12  # |s| below which the equations are those at this s: they change by as much
+SMALL = 1e-4  # s below which ∂s of the odd equations is the third derivative of R, which a difference loses
 
 
 @dataclass(frozen=True)
@@ -84,168 +79,144 @@ def half_period(count: int) -> HalfPeriod:
 
 
 @dataclass(frozen=True)
-class Flow:
-    """The right-hand sides above at given slopes, with their derivatives. Fields (…, N+1); names as above."""
-
-    rod: Rod
-    s: float
-    matrices: Integrals
-    e1: Array
-    e2: Array
-    P: Array
-    h1: Array
-    F1: Array
-    V1: Array
-    V2: Array
-    W: Array
-
-    @property
-    def right_hand_side(self) -> Array:
-        """(…, 3, N+1)."""
-        up = self.matrices.up.T
-        first = self.V1 + (self.W * self.e2 - self.P * self.V2) @ up
-        second = self.V2 + (self.s * self.P * self.V1 - self.W * self.h1) @ up
-        return np.stack([first, second, self.W], axis=-2)
-
-    def by_slopes(self) -> Array:
-        """∂(right-hand sides)/∂(η1', η2', P'), (…, 3, N+1, 3, N+1)."""
-        k1, k2, gamma3, gamma1 = self.rod
-        s, up, G = self.s, self.matrices.up, -self.matrices.down  # η = G η'
-        eye = np.eye(G.shape[0])
-
-        def along(field: Array) -> Array:
-            return field[..., :, None] * G
-
-        def times(field: Array, matrix: Array) -> Array:
-            return field[..., :, None] * matrix
-
-        q = k2 * self.h1 - self.F1
-        dV1 = (k1 / gamma1 * eye, along(-k2 / gamma1 * self.P), along(-k2 / gamma1 * self.e2))
-        dV2 = (along(k1 * s * self.P), k2 * eye, along(self.F1))
-        dW = (along((k2 - k1) * s / gamma3 * self.e2), along(q / gamma3), eye / gamma3)
-        first = [times(self.e2, dW[i]) - times(self.P, dV2[i]) for i in range(3)]
-        first[1] = first[1] + along(self.W)
-        first[2] = first[2] - along(self.V2)
-        second = [times(s * self.P, dV1[i]) - times(self.h1, dW[i]) for i in range(3)]
-        second[0] = second[0] - along(s * self.W)
-        second[2] = second[2] + along(s * self.V1)
-        n = G.shape[0]
-        out = np.empty((*self.P.shape[:-1], 3, n, 3, n))
-        for i in range(3):
-            out[..., 0, :, i, :] = dV1[i] + up @ first[i]
-            out[..., 1, :, i, :] = dV2[i] + up @ second[i]
-            out[..., 2, :, i, :] = dW[i]
-        return out
-
-    def by_force(self) -> Array:
-        """∂(right-hand sides)/∂F, (…, 3, N+1)."""
-        k1, k2, gamma3, _ = self.rod
-        return self._by_parameter(
-            -1 / k1 + 0 * self.P, -1 + 0 * self.P, self.e2 * (1 - k2 / k1) / gamma3, 0.0
-        )
-
-    def by_square(self) -> Array:
-        """∂(right-hand sides)/∂s, (…, 3, N+1)."""
-        k1, k2, gamma3, _ = self.rod
-        return self._by_parameter(self.e1, k1 * self.e1, self.e2 * (k2 - k1) * self.e1 / gamma3, 1.0)
-
-    def _by_parameter(self, dh1: Array, dF1: Array, dW: Array, ds: float) -> Array:
-        up = self.matrices.up.T
-        dV2 = self.P * dF1
-        first = (dW * self.e2 - self.P * dV2) @ up
-        second = dV2 + (ds * self.P * self.V1 - dW * self.h1 - self.W * dh1) @ up
-        return np.stack([first, second, dW], axis=-2)
-
-
-def flow(rod: Rod, slopes: Array, force: float, s: float, degree: int) -> Flow:
-    """The flow at slopes (…, 3, N+1) under this force."""
-    k1, k2, gamma3, gamma1 = rod
-    matrices = integrals(degree)
-    e1, e2, P = np.moveaxis(-slopes @ matrices.down.T, -2, 0)
-    w1, w2, w3 = np.moveaxis(slopes, -2, 0)
-    F1 = -force + k1 * s * e1
-    h1 = 1 + F1 / k1
-    V1 = (k1 * w1 - k2 * P * e2) / gamma1
-    V2 = k2 * w2 + P * F1
-    W = (w3 + e2 * (k2 * h1 - F1)) / gamma3
-    return Flow(rod, s, matrices, e1, e2, P, h1, F1, V1, V2, W)
-
-
-@dataclass(frozen=True)
 class OrbitSystem:
-    """The equations on m phases × (N + 1) points, for `continuation`: X = (slopes, ω, F, s), slopes (m, 3,
-    N+1).
+    """The equations on m phases × (N + 1) points, for `continuation`: X = (states, ω, F, s), states (m, size)
+    as `normalform` strings them, of η1, η2, P.
 
     force_scale, omega_scale: those of the Hopf point from which the branch comes.
     """
 
-    rod: Rod
+    law: RodLaw
     count: int
     degree: int
     force_scale: float
     omega_scale: float
 
+    @cached_property
+    def rod(self) -> _Discrete:
+        return _Discrete(self.law, self.degree)
+
+    @cached_property
+    def odd(self) -> NDArray[np.bool_]:
+        """(size,): of every entry of a state and every row of R whether it is odd in τ."""
+        return np.array([p == "odd" for p in (*np.repeat(PARITY, self.degree + 1), *PARITY)])
+
     @property
-    def size(self) -> int:
-        """Number of slopes, 3m(N + 1)."""
-        return 3 * self.count * (self.degree + 1)
-
-    @cached_property
     def scales(self) -> Array:
-        return np.append(np.ones(self.size), [self.omega_scale, self.force_scale, 1.0])
+        return np.append(np.ones(self.count * self.rod.size), [self.omega_scale, self.force_scale, 1.0])
 
-    @cached_property
+    @property
     def metric(self) -> Array:
-        return np.append(np.zeros(self.size), [self.omega_scale**-2, self.force_scale**-2, 1.0])
-
-    def pack(self, slopes: Array, omega: float, force: float, s: float) -> Array:
-        """X."""
-        return np.append(slopes.ravel(), [omega, force, s])
+        states = np.zeros(self.count * self.rod.size)
+        return np.append(states, [self.omega_scale**-2, self.force_scale**-2, 1.0])
 
     def unpack(self, X: Array) -> tuple[Array, float, float, float]:
-        """slopes (m, 3, N+1), ω, F, s."""
-        return X[:-3].reshape(self.count, 3, self.degree + 1), float(X[-3]), float(X[-2]), float(X[-1])
+        """states (m, size), ω, F, s."""
+        return X[:-3].reshape(self.count, -1), float(X[-3]), float(X[-2]), float(X[-1])
+
+    def begin(self, form: NormalForm, angle: complex) -> Array:
+        """The Hopf point as X, from its mode, whose tip has this angle."""
+        mode = np.exp(1j * half_period(self.count).phases)[:, None] * (form.mode / angle)
+        states = np.where(self.odd, mode.real, self.rod.straight(form.force))
+        return np.append(states.ravel(), [form.omega, form.force, 0.0])
 
     def resampled(self, X: Array, other: OrbitSystem) -> Array:
         """The same orbit as an unknown of a system with other numbers of phases and points."""
-        slopes, omega, force, s = self.unpack(X)
-        time, there = half_period(self.count), half_period(other.count).phases
+        states = self._at(X, half_period(other.count).phases)
         space = interpolation(self.degree, chebyshev(other.degree).nodes)
-        fields = [time.at(parity, there) @ slopes[:, i] @ space.T for i, parity in enumerate(PARITY)]
-        return other.pack(np.stack(fields, axis=1), omega, force, s)
+        slopes = states[:, :-3].reshape(-1, 3, self.degree + 1) @ space.T
+        states = np.hstack([slopes.reshape(other.count, -1), states[:, -3:]])
+        return np.append(states.ravel(), X[-3:])
 
     def linearised(self, X: Array) -> tuple[Array, Array]:
-        """G(X) and ∂G/∂X: the equations at all phases and points, then amplitude and phase."""
-        slopes, omega, force, s = self.unpack(X)
-        m, n, size = self.count, 3 * (self.degree + 1), self.size
-        here = flow(self.rod, slopes, force, s, self.degree)
-        inertia = self._inertia @ X[:-3]
-        G = np.append(omega * inertia - here.right_hand_side.ravel(), self._first_harmonic @ X[:-3] - [1, 0])
-        J = np.zeros((size + 2, size + 3))
-        np.multiply(self._inertia, omega, out=J[:size, :size])
-        J[:size, -3] = inertia
-        J[:size, -2] = -here.by_force().ravel()
-        J[:size, -1] = -here.by_square().ravel()
-        J[size:, :size] = self._first_harmonic
-        by_slopes = here.by_slopes().reshape(m, n, n)
-        for j in range(m):
-            J[j * n : (j + 1) * n, j * n : (j + 1) * n] -= by_slopes[j]
+        """G(X) and ∂G/∂X: the equations at all phases, then amplitude and phase of the tip's angle."""
+        states, omega, force, s = self.unpack(X)
+        m, n = states.shape
+        E, first, a, A = self.rod.mass, self._first_harmonic, *self._amplitudes(s)
+        w, odd_part = A * states, np.where(self.odd, states, 0.0)
+        inertia = self._by_parity(half_period(m).derivative, states) @ E.T
+        R = self.rod.derivative(w, force)
+        G = np.append(omega * inertia - (R / A).real, np.tensordot(first, states, 2) - [1.0, 0.0])
+        along = self.rod.derivative(w, force, (odd_part, 0.0))
+        # R1(η1, aq) by s is DR1 q/(2a); R2(η1, aq)/a is Lq + s D³R2[q, q, q]/6 + …
+        by_square = (along - R / a) / (2 * a**2)
+        if abs(s) < SMALL:
+            by_square = self.rod.derivative(w, force, *3 * [(odd_part, 0.0)]) / 6
+        by_square = np.where(self.odd, by_square, along / (2 * a))
+        J = np.zeros((m * n + 2, m * n + 3))
+        J[:-2, :-3] = omega * self._inertia
+        J[:-2, -3] = inertia.ravel()
+        J[:-2, -2] = -(self.rod.derivative(w, force, (np.zeros_like(w), 1.0)) / A).real.ravel()
+        J[:-2, -1] = -by_square.real.ravel()
+        J[-2:, :-3] = first.reshape(2, -1)
+        for j, block in enumerate(self._jacobians(w, force)):
+            J[j * n : (j + 1) * n, j * n : (j + 1) * n] -= (block * A / A[:, None]).real
         return G, J
 
-    @cached_property
-    def _first_harmonic(self) -> Array:
-        """(2, size): slopes -> cosine and sine coefficient of the first harmonic of ∫₀¹ P du."""
-        time, space = half_period(self.count), integrals(self.degree)
-        first = time.series["odd"][[0, time.harmonics["odd"].size]]
-        rows = np.zeros((2, self.count, 3, self.degree + 1))
-        rows[:, :, 2] = first[:, :, None] * (-space.whole @ space.down)
-        return rows.reshape(2, self.size)
+    def slopes(self, X: Array) -> Array:
+        """η1', η2', P', (m, 3, N+1); η1' without its mean, which a load along the rod gives it."""
+        slopes = self.unpack(X)[0][:, :-3].reshape(self.count, 3, -1).copy()
+        slopes[:, 0] -= slopes[:, 0].mean()
+        return slopes
+
+    def shape(self, X: Array, phases: Array) -> tuple[Array, Array, Array]:
+        """x, y, θ at phases and all nodes, (len(phases), N+1) each."""
+        states = self._at(X, phases) * self._amplitudes(float(X[-1]))[1].real
+        up = integrals(self.degree).up.T
+        h1, h2, pi = (z.part() for z in strains(*self.rod._split(nilpotent(states)), self.degree))
+        theta = pi @ up
+        c, sine = np.cos(theta), np.sin(theta)
+        return (h1 * c - h2 * sine) @ up, (h1 * sine + h2 * c) @ up, theta
+
+    def sizes(self, X: Array) -> tuple[Array, Array]:
+        """Largest defect of the compatibility and largest velocity, by field, (3,) each."""
+        states, _, force, s = self.unpack(X)
+        A = self._amplitudes(s)[1]
+        R = (self.rod.derivative(A * states, force) / A).real
+
+        def fields(values: Array) -> Array:
+            largest = np.abs(values.reshape(states.shape)[:, :-3])
+            return np.asarray(largest.reshape(len(states), 3, -1).max(axis=(0, 2)))
+
+        return fields(self.linearised(X)[0][:-2]), fields(R)
+
+    def variations(self, X: Array, phases: Array) -> tuple[Array, Array, Array]:
+        """ω E y_τ = A y for small perturbations y: E, A at these phases, and the signs that mirror y."""
+        w = self._at(X, phases) * self._amplitudes(float(X[-1]))[1].real
+        return self.rod.mass, self._jacobians(w, float(X[-2])), np.where(self.odd, -1.0, 1.0)
+
+    def _amplitudes(self, s: float) -> tuple[Any, NDArray[Any]]:
+        """a, and what multiplies every entry of a state: a or 1."""
+        a = np.emath.sqrt(s if abs(s) > LEAST else LEAST)
+        return a, np.where(self.odd, a, 1.0)
+
+    def _jacobians(self, w: NDArray[Any], force: float) -> NDArray[Any]:
+        """∂R/∂w at w (k, size): (k, size, size)."""
+        directions = np.eye(w.shape[1])[None], 0.0
+        return np.swapaxes(self.rod.derivative(w[:, None], force, directions), 1, 2)
+
+    def _at(self, X: Array, phases: Array) -> Array:
+        """States at other phases, (len(phases), size)."""
+        time = half_period(self.count)
+        return self._by_parity({p: time.at(p, phases) for p in set(PARITY)}, self.unpack(X)[0])
+
+    def _by_parity(self, matrices: dict[str, Array], states: Array) -> Array:
+        """Every entry of the states (m, size) taken through the matrix (k, m) of its parity: (k, size)."""
+        return np.asarray(np.where(self.odd, matrices["odd"] @ states, matrices["even"] @ states))
 
     @cached_property
     def _inertia(self) -> Array:
-        """E ∂τ, (size, size)."""
-        time, n, E = half_period(self.count), self.degree + 1, mass(self.degree)
-        out = np.zeros((self.count, 3, n, self.count, 3, n))
-        for i, parity in enumerate(PARITY):
-            out[:, i, :, :, i, :] = np.einsum("jk,ab->jakb", time.derivative[parity], E)
-        return out.reshape(self.size, self.size)
+        """E ∂τ, (m·size, m·size)."""
+        derivative = half_period(self.count).derivative
+        D = np.stack([derivative["odd" if odd else "even"] for odd in self.odd], axis=-1)
+        size = self.count * self.rod.size
+        return np.asarray(np.einsum("jkc,rc->jrkc", D, self.rod.mass).reshape(size, size))
+
+    @cached_property
+    def _first_harmonic(self) -> Array:
+        """(2, m, size): states -> cosine and sine coefficient of the first harmonic of ∫₀¹ P du."""
+        time, space, n = half_period(self.count), integrals(self.degree), self.degree + 1
+        row = np.zeros(self.rod.size)
+        row[2 * n : 3 * n], row[-1] = -space.whole @ space.down, 1.0  # P = P(1) − ∫ᵤ¹ P'
+        first = time.series["odd"][[0, time.harmonics["odd"].size]]
+        return np.asarray(first[:, :, None] * row)

@@ -6,26 +6,30 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.animation import ARROW, STYLE, follower_arrows
+from rodwnl.animation import ARROW, STYLE, load_arrows
 from rodwnl.collocation import interpolation
 from rodwnl.errors import InputError
-from rodwnl.figuredata import Column, Comparison, EigenvaluePath, SimulatedPoint
+from rodwnl.figuredata import Column, Comparison, EigenvaluePath, SimulatedPoint, by_rod
 from rodwnl.output import complex_number
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.reduced import ReducedModel
 from rodwnl.simulation import Simulation
 from rodwnl.storage import require
+from rodwnl.straightrod import parameter_values
 
 if TYPE_CHECKING:
     import xarray
 
 LIGHT, DARK, RED, BLUE = "0.55", "0.1", "#c8553d", "#2a6f97"
 SNAPSHOTS = 10
+TITLE = 24  # characters that stand over a narrow panel
+LETTERS = "abcdefghijklmnopqrstuvwxyz"
 FORCE, TIME = "force $F$  ($k_3/L^2$)", r"$t$  ($\gamma_2 L^4/k_3$)"
 RATE = r"$k_3/\gamma_2 L^4$"
 
@@ -74,30 +78,44 @@ def hopf(columns: Sequence[Column], path: EigenvaluePath) -> Drawing:
             text = f"$F = {c.force:.2f}$"
             bottom.annotate(text, (0, c.omega), offset, textcoords="offset points", ha=side)
         bottom.set(xlabel=rf"Re $\lambda$  ({RATE})", ylabel=rf"Im $\lambda$  ({RATE})")
-    lower, upper = (column.coefficients for column in columns)
     caption = (
         f"Spectrum of the straight rod, {_values(columns[0].rod)}: the critical pair of eigenvalues over "
         "the force (top; real parts solid, imaginary parts dashed, the other of the pair grey; thresholds "
         "and frequencies dotted) and its path in the complex plane as the force grows (bottom, arrows). The "
-        f"rod is unstable between the thresholds F = {lower.force:.2f} (ω = {lower.omega:.6g}) and "
-        f"F = {upper.force:.2f} (ω = {upper.omega:.6g})."
+        f"rod is unstable {_unstable(columns)}."
     )
     return Drawing("hopf", caption, figure, *_path_table([(columns[0], path)]))
 
 
+def _unstable(columns: Sequence[Column]) -> str:
+    """Between which of its thresholds a rod is unstable, in words."""
+    said = []
+    for column in columns:
+        c = column.coefficients
+        at = f"F = {c.force:.2f} (ω = {c.omega:.6g})"
+        if column.side > 0:
+            said.append(f"beyond the threshold {at}")
+        elif said:
+            said[-1] = said[-1].replace("beyond the threshold", "between the thresholds") + f" and {at}"
+        else:
+            said.append(f"up to the threshold {at}")
+    return " and ".join(said)
+
+
 def beta_check(columns: Sequence[Column], paths: Sequence[EigenvaluePath]) -> Drawing:
     """fig:beta_check: the eigenvalue branches with tangents of slope β at the thresholds."""
+    rods = by_rod(columns)
     with style() as Figure:
-        figure = Figure(figsize=(7.2, 2.6))
-        for panel, column, path, letter in zip(figure.subplots(1, 3), columns, paths, "abc", strict=False):
-            here = [other for other in columns if other.rod == column.rod]
+        figure = Figure(figsize=(2.4 * max(len(rods), 2), 2.6))
+        panels = figure.subplots(1, len(rods), squeeze=False)[0]
+        for panel, here, path, letter in zip(panels, rods, paths, LETTERS, strict=False):
             _parts(panel, path, here, legend=letter == "a")
             for other in here:
                 c = other.coefficients
                 step = 0.06 * (path.force[-1] - path.force[0]) * np.array([-1, 1])
                 for value, slope in ((0.0, c.beta.real), (c.omega, c.beta.imag)):
                     panel.plot(c.force + step, value + slope * step, color=RED, linewidth=2.2, alpha=0.8)
-            panel.set_title(f"({letter}) {_values(column.rod)}", loc="left", fontsize=6.5)
+            panel.set_title(f"({letter}) {_values(here[0].rod)}", loc="left", fontsize=6.5)
     slopes = [
         f"{_values(column.rod)}, F = {column.coefficients.force:.2f}: "
         f"β = {complex_number(column.coefficients.beta, digits=6)}, "
@@ -109,7 +127,8 @@ def beta_check(columns: Sequence[Column], paths: Sequence[EigenvaluePath]) -> Dr
         "the Hopf thresholds (dotted), with the tangents whose slopes are Re β and Im β of the weakly "
         "nonlinear theory (red). " + " ".join(slopes)
     )
-    return Drawing("beta_check", caption, figure, *_path_table(list(zip(columns, paths, strict=False))))
+    table = _path_table([(rod[0], path) for rod, path in zip(rods, paths, strict=True)])
+    return Drawing("beta_check", caption, figure, *table)
 
 
 def _parts(panel: Any, path: EigenvaluePath, columns: Sequence[Column], legend: bool = True) -> None:
@@ -130,8 +149,10 @@ def _parts(panel: Any, path: EigenvaluePath, columns: Sequence[Column], legend: 
 
 def nonlinear(run: Simulation) -> Drawing:
     """fig:nonlinear: snapshots of one beat with the follower force, and the tip's motion."""
-    period = round(2 * np.pi / (run.reading.omega or np.inf) / (run.time[1] - run.time[0]))
     last = run.frame_time.size - 1
+    period = last
+    if run.reading.omega:
+        period = min(last, round(2 * np.pi / run.reading.omega / (run.time[1] - run.time[0])))
     shown = np.linspace(last - period, last, SNAPSHOTS + 1).astype(int)[1:]
     smooth = interpolation(run.nodes.size - 1, np.linspace(0, 1, 101)).T
     x, y = run.x[shown] @ smooth, run.y[shown] @ smooth
@@ -141,7 +162,7 @@ def nonlinear(run: Simulation) -> Drawing:
         shapes = above.subplots()
         for k, shade in enumerate(np.linspace(0.78, 0.0, SNAPSHOTS)):
             shapes.plot(x[k], y[k], color=str(shade), linewidth=1.4)
-        follower_arrows(shapes, x[:, -1], y[:, -1], run.theta[shown, -1], RED)
+        load_arrows(shapes, x[:, -1], y[:, -1], run.tip_load[shown], RED)
         reach = float(np.abs(y).max()) + 0.75 * ARROW
         shapes.set(xlabel="$x/L$", ylabel="$y/L$", aspect="equal", xlim=(-0.03, 1.15), ylim=(-reach, reach))
         growing, beating = below.subplots(1, 2, sharey=True, width_ratios=[3, 2])
@@ -151,11 +172,14 @@ def nonlinear(run: Simulation) -> Drawing:
         for panel in (growing, beating):
             panel.set(xlabel=TIME, xmargin=0)
         growing.set(ylabel="$y(1, t)/L$")
+    read = f"The oscillation has {run.reading.state}."
+    if run.reading.A_tip is not None and run.reading.omega is not None:
+        read = f"A_tip = {run.reading.A_tip:.6g}, ω = {run.reading.omega:.7g}."
     caption = (
         f"Beating rod, {_values(run.rod)}, F = {run.force:g}, full nonlinear equations. Top: {SNAPSHOTS} "
-        "shapes of one period, the later the darker, with the follower force at the tip. Bottom: the tip "
+        f"shapes of one period, the later the darker{_load(run)}. Bottom: the tip "
         f"from the perturbed straight rod on (perturbation {run.perturbation:g}), and its last three "
-        f"periods; times in γ2 L⁴/k3. A_tip = {run.reading.A_tip:.6g}, ω = {run.reading.omega:.7g}."
+        f"periods; times in γ2 L⁴/k3. {read}"
     )
     rows = np.column_stack([run.time, run.tip_x, run.tip_y, run.tip_theta]).tolist()
     return Drawing("nonlinear", caption, figure, ("t", "tip_x", "tip_y", "tip_theta"), rows)
@@ -167,6 +191,9 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
     if missing := [name for name in names if name not in dataset.variables]:
         raise InputError(f"this file holds no simulation of a rod: {', '.join(missing)} missing")
     time, tip_y, frame_time, x, y, theta = (dataset[name].to_numpy() for name in names)
+    load = np.stack([-np.cos(theta[:, -1]), -np.sin(theta[:, -1])], axis=-1)  # a file from before it was kept
+    if "load_x" in dataset.variables:
+        load = np.stack([dataset["load_x"].to_numpy(), dataset["load_y"].to_numpy()], axis=-1)
     attributes = dataset.attrs
     omega = float(attributes.get("omega", 2 * np.pi / (frame_time[-1] - frame_time[0])))
     beat = np.flatnonzero(frame_time >= frame_time[-1] - 2 * np.pi / omega)
@@ -178,15 +205,13 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
         history.set(xlabel=TIME, ylabel="$y(1, t)/L$", xmargin=0)
         for k, shade in zip(shown, np.linspace(0.78, 0.0, shown.size), strict=True):
             shapes.plot(x[k], y[k], color=str(shade), linewidth=1.2)
-        follower_arrows(shapes, x[shown, -1], y[shown, -1], theta[shown, -1], RED)
+        load_arrows(shapes, x[shown, -1], y[shown, -1], load[shown], RED)
         shapes.set(xlabel="$x/L$", ylabel="$y/L$", aspect="equal", xlim=(-0.03, 1.2))
         reach = float(np.abs(y[shown]).max()) + ARROW
         shapes.set(ylim=(-reach, reach))
-    known = [
-        f"{name} = {attributes[name]}"
-        for name in ("k1", "k2", "gamma3", "gamma1", "force")
-        if name in attributes
-    ]
+    names_of = str(attributes.get("parameters", "k1 k2 gamma3 gamma1")).split()
+    shown_names = [name for name in ("model", *names_of, "force") if name in attributes]
+    known = [f"{name} = {attributes[name]}" for name in shown_names]
     read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega") if name in attributes]
     state = f"; {attributes['state']}" if "state" in attributes else ""
     caption = ", ".join([*known, *read]) + state
@@ -198,13 +223,15 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
     """fig:comparison: amplitude and frequency by theory, simulation and periodic orbits."""
     rows: list[list[Any]] = []
     with style() as Figure:
-        figure = Figure(figsize=(7.4, 4.0))
+        figure = Figure(figsize=(1.85 * max(len(columns), 2), 4.0))
         axes = figure.subplots(2, len(columns), squeeze=False)
-        for (top, bottom), item, letters in zip(axes.T, columns, ("ab", "cd", "ef", "gh"), strict=False):
+        letters_of = [LETTERS[k : k + 2] for k in range(0, 2 * len(columns), 2)]
+        for (top, bottom), item, letters in zip(axes.T, columns, letters_of, strict=True):
             _compare(item, top, 1)
             _compare(item, bottom, 2)
-            first, *others = _values(item.column.rod).split(", γ3")
-            top.set_title(f"({letters[0]}) {first},\nγ3{others[0]}", loc="left", fontsize=6)
+            first, rest = _values(item.column.rod).split(", γ3")
+            lines = [f"({letters[0]}) {first},", *wrap(f"γ3{rest}", TITLE)]
+            top.set_title("\n".join(lines), loc="left", fontsize=6)
             bottom.set_title(f"({letters[1]})", loc="left", fontsize=6)
             top.set(ylim=(-0.03 * top.get_ylim()[1], None))
             bottom.set(xlabel=FORCE)
@@ -308,24 +335,41 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
             panel.set_title(label)
         for panel in axes[-1]:
             panel.set_xlabel("$u/L$")
-    rods = "; ".join(", ".join(f"{value:g}" for value in model.parameters[:3]) for model in models)
+    rods = "; ".join(dict.fromkeys(_values(model.rod) for model in models))
     caption = (
         "Critical modes Y, Θ with Y(1) = 1, adjoint modes with (Ψ, Φ)_Γ = 1, and second-order "
-        f"displacements X0, X2 at the Hopf thresholds of the paper's rods (rows: k1, k2, γ3 = {rods}). "
+        f"displacements X0, X2 at the Hopf thresholds F_c of these rods: {rods}. "
         "Real parts solid, imaginary parts dashed; of X0 only the real part enters."
     )
     return Drawing("modes", caption, figure, ("F_c", "field", "u", "real", "imag"), rows)
 
 
 def _values(rod: RodParameters) -> str:
-    k1, k2, gamma3, _ = rod.floats()
-    return f"k1 = {k1:g}, k2 = {k2:g}, γ3 = {gamma3:g}"
+    """A rod in a caption: its parameters, and the name of one that is not the plain one."""
+    known = parameter_values(rod)
+    plain = f"k1 = {known['k1']:g}, k2 = {known['k2']:g}, γ3 = {known['gamma3']:g}"
+    own = "".join(f", {name} = {float(value):g}" for name, value in rod.own)
+    return plain + own + ("" if rod.model == PLAIN else f" ({rod.model_name})")
+
+
+def _load(run: Simulation) -> str:
+    """What the arrows at the tip show."""
+    if not run.tip_load.any():
+        return ""
+    return f", with the {'follower force' if run.rod.model == PLAIN else 'load'} at the tip"
 
 
 def _path_table(paths: Sequence[tuple[Column, EigenvaluePath]]) -> tuple[Sequence[str], list[list[Any]]]:
     header = ("k1", "k2", "gamma3", "force", "re_1", "im_1", "re_2", "im_2")
     rows = [
-        [*column.rod.floats()[:3], force, pair[0].real, pair[0].imag, pair[1].real, pair[1].imag]
+        [
+            *map(float, (column.rod.k1, column.rod.k2, column.rod.gamma3)),
+            force,
+            pair[0].real,
+            pair[0].imag,
+            pair[1].real,
+            pair[1].imag,
+        ]
         for column, path in paths
         for force, pair in zip(path.force.tolist(), path.eigenvalue.tolist(), strict=True)
     ]

@@ -1,4 +1,5 @@
-"""The paper's figures and the mode shapes: computed (`figuredata`), drawn (`drawings`), written.
+"""The paper's figures and the mode shapes, of its rods or of others: computed (`figuredata`), drawn
+(`drawings`), written.
 
 Each is written as SVG and PNG, with its data (CSV) and its caption (text) beside it.
 """
@@ -19,6 +20,8 @@ from rodwnl.figuredata import (
     Comparison,
     SimulatedPoint,
     beating,
+    beating_like_the_papers,
+    by_rod,
     coexisting,
     eigenvalue_path,
     orbits,
@@ -27,8 +30,10 @@ from rodwnl.figuredata import (
     starts,
     theory,
 )
+from rodwnl.parameters import PLAIN
 from rodwnl.progress import Watch, silent
 from rodwnl.reduced import reduced_model
+from rodwnl.spectrum import searched_range
 from rodwnl.storage import replacing
 from rodwnl.workers import processes
 
@@ -53,16 +58,18 @@ def draw_all(
     quick: bool = False,
     workers: int | None = None,
     each: Callable[[Written], None] = lambda written: None,
+    columns: Sequence[Column] | None = None,
 ) -> tuple[Written, ...]:
     """Compute and write every figure on so many processes (default: one a core), in the order of NAMES.
 
-    quick: fewer simulations in the comparison. each: called with a figure as soon as it is written. Raises
-    OSError where the folder cannot be written, ComputationError where something could not be computed. A
-    script that calls this needs the guard `if __name__ == "__main__":`.
+    columns: the rods and thresholds (default: the paper's); those of one rod stand together. quick: fewer
+    simulations in the comparison. each: called with a figure as soon as it is written. Raises OSError where
+    the folder cannot be written, ComputationError where something could not be computed. A script that calls
+    this needs the guard `if __name__ == "__main__":`.
     """
     finished = []
     with processes(workers) as pool:
-        for drawing in computed(pool, watch, quick):
+        for drawing in computed(pool, watch, quick, columns):
             finished.append(write(drawing, folder))
             each(finished[-1])
     return tuple(sorted(finished, key=lambda written: NAMES.index(written.name)))
@@ -96,22 +103,32 @@ class Jobs:
         ]
 
 
-def computed(pool: Executor, watch: Watch = silent, quick: bool = False) -> Iterator[Drawing]:
+def computed(
+    pool: Executor, watch: Watch = silent, quick: bool = False, columns: Sequence[Column] | None = None
+) -> Iterator[Drawing]:
     """The figures one after the other, so that none is lost when a later one fails."""
-    columns, jobs = paper_columns(), Jobs(pool, watch)
-    spectra = [jobs.submit("eigenvalues", eigenvalue_path, c, *_range(c)) for c in columns[:3]]
+    jobs = Jobs(pool, watch)
+    if columns is None:
+        columns = paper_columns()
+        runs: list[Any] = [(columns[0],)]
+    else:
+        runs = beating_like_the_papers(columns)
+    rods = by_rod(columns)
+    most = max(range(len(rods)), key=lambda i: len(rods[i]))
+    spectra = [jobs.submit("eigenvalues", eigenvalue_path, rod[0], *_range(rod)) for rod in rods]
     # The longest first: the branch through the fold
     followed = [
         jobs.submit(f"orbits from force {c.coefficients.force:.6g}", orbits, c) for c in reversed(columns)
     ][::-1]
-    beat = jobs.submit("beating rod", beating, columns[0])
+    beat = [jobs.submit("beating rod", beating, *run) for run in runs]
     points = [jobs.simulations(column, starts(column, quick)) for column in columns]
 
     paths = [path.result() for path in spectra]
-    yield drawings.hopf(columns[2:], paths[2])
+    yield drawings.hopf(rods[most], paths[most])
     yield drawings.beta_check(columns, paths)
     yield drawings.modes([reduced_model(c.rod, repr(c.coefficients.force), c.coefficients) for c in columns])
-    yield drawings.nonlinear(beat.result())
+    for settled in beat:
+        yield drawings.nonlinear(settled.result())
     if not quick:
         for column, branch, some in zip(columns, followed, points, strict=True):
             some += jobs.simulations(column, coexisting(column, branch.result()[1]))
@@ -123,10 +140,14 @@ def computed(pool: Executor, watch: Watch = silent, quick: bool = False) -> Iter
     )
 
 
-def _range(column: Column) -> tuple[float, float]:
-    """Forces over which eigenvalues are drawn: around the threshold, or all of a rod that restabilises."""
-    k1, force = float(column.rod.k1), column.coefficients.force
-    return (0.01 * k1, 0.86 * k1) if k1 < 1000 else (0.3 * force, 1.5 * force)
+def _range(rod: Sequence[Column]) -> tuple[float, float]:
+    """Forces over which eigenvalues are drawn: around the threshold, or over all that a rod bears."""
+    lowest, highest = (float(rod[k].coefficients.force) for k in (0, -1))
+    k1 = float(rod[0].rod.k1)
+    if rod[0].rod.model == PLAIN:
+        return (0.01 * k1, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
+    wanted = (1.5 if rod[-1].side > 0 else 1.1) * highest
+    return 0.3 * lowest, min(wanted, 0.98 * float(searched_range(rod[0].rod, wanted)[0]))
 
 
 def write(drawing: Drawing, folder: Path) -> Written:

@@ -1,10 +1,10 @@
 """Stability of periodic orbits: Floquet multipliers of the full nonlinear rod.
 
-A perturbation y of the slopes obeys ω E y_τ = A(τ) y, A = ∂R/∂w along the orbit. It is carried over half
-a period by the Radau IIA method of order 5 (Hairer & Wanner, Solving Ordinary Differential Equations II,
-section IV.8), which damps the stiff modes as the rod does and takes the singular E in its stride, and is then
-mirrored. The orbit maps to itself under this half-period map S Φ(π), so that one of its eigenvalues ρ is 1;
-the multipliers of the whole period are ρ².
+A perturbation y of the slopes and of the strains at the tip obeys ω E y_τ = A(τ) y, A = ∂R/∂w along the
+orbit. It is carried over half a period by the Radau IIA method of order 5 (Hairer & Wanner, Solving Ordinary
+Differential Equations II, section IV.8), which damps the stiff modes as the rod does and takes the singular E
+in its stride, and is then mirrored. The orbit maps to itself under this half-period map S Φ(π), so that one
+of its eigenvalues ρ is 1; the multipliers of the whole period are ρ².
 """
 
 from __future__ import annotations
@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.cycles import PARITY, flow, half_period
 from rodwnl.orbits import Cycle
-from rodwnl.strainform import mass
 
 STEPS = 24  # over half a period
 
@@ -54,35 +52,21 @@ class Multipliers:
 
 
 def multipliers(cycle: Cycle, steps: int = STEPS) -> Multipliers:
-    """The Floquet multipliers of an orbit, with this number of Radau steps over half a period."""
-    return of_map(half_period_map(cycle, steps))
+    """The Floquet multipliers of an orbit, with this number of Radau steps over half a period.
 
-
-def of_map(matrix: NDArray[np.float64]) -> Multipliers:
-    """The multipliers from a half-period map."""
-    half = np.linalg.eigvals(matrix)
+    The algebraic conditions at the tip add zeros.
+    """
+    half = np.linalg.eigvals(half_period_map(cycle, steps))
     trivial = int(np.argmin(np.abs(half - 1)))
     others = np.delete(half, trivial)
     return Multipliers(others[np.argsort(-np.abs(others))], float(np.abs(half[trivial] - 1)))
 
 
 def half_period_map(cycle: Cycle, steps: int) -> NDArray[np.float64]:
-    """S Φ(π): slopes of a perturbation -> the same half a period later, mirrored; (3(N+1), 3(N+1))."""
-    system = cycle.system
-    slopes, omega, force, s = system.unpack(cycle.X)
-    n = 3 * (system.degree + 1)
-    phases = stage_phases(steps)
-    time = half_period(system.count)
-    along = np.stack([time.at(parity, phases) @ slopes[:, i] for i, parity in enumerate(PARITY)], axis=1)
-    A = flow(system.rod, along, force, s, system.degree).by_slopes().reshape(-1, n, n)
-    E = np.asarray(np.kron(np.eye(3), mass(system.degree)))
-    mirror = np.repeat([1.0, -1.0, -1.0], system.degree + 1)
-    return np.asarray(mirror[:, None] * carried(E, A, omega))
-
-
-def stage_phases(steps: int) -> NDArray[np.float64]:
-    """τ of the three stages of every step, (3·steps,)."""
-    return np.asarray((np.pi / steps * (np.arange(steps)[:, None] + _NODES)).ravel())
+    """S Φ(π): the unknowns of a perturbation -> the same half a period later, mirrored; (n, n)."""
+    stages = np.pi / steps * (np.arange(steps)[:, None] + _NODES)
+    E, A, mirror = cycle.system.variations(cycle.X, stages.ravel())
+    return np.asarray(mirror[:, None] * carried(E, A, cycle.omega))
 
 
 def carried(E: NDArray[Any], A: NDArray[np.float64], omega: float) -> NDArray[np.float64]:

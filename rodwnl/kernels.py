@@ -60,6 +60,12 @@ def own_parameters(model: str) -> dict[str, str]:
     return dict(getattr(import_module(package), "PARAMETERS", {}))
 
 
+def title(model: str) -> str:
+    """The line that describes this rod."""
+    _, package = _package(model)
+    return (import_module(package).__doc__ or "").strip().rstrip(".")
+
+
 def emitted_rods() -> list[str]:
     """The names of the rods in `generated`."""
     return sorted(path.parent.name for path in location().glob("*/__init__.py"))

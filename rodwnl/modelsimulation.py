@@ -133,6 +133,11 @@ class LawForm:
         """The largest stress minus load at the tip, over the force."""
         return float(np.abs(self.rod.derivative(states, self.force)[..., -3:]).max() / self.force)
 
+    def tip_load(self, theta: Array) -> tuple[Any, Any]:
+        """The load on a tip at rest along e1 and e2, over the force."""
+        along, across, _ = self.rod.law.load(theta, (0.0, 0.0, 0.0), self.force)
+        return along / self.force, across / self.force
+
     def _strains(self, states: Array) -> tuple[Array, Array, Array]:
         ends, slopes = self.rod._split(nilpotent(states))
         down = integrals(self.rod.degree).down.T

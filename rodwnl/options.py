@@ -64,10 +64,10 @@ _SI = {
 }
 
 
-_MODEL = typer.Option(
+MODEL = typer.Option(
     "--model", metavar="NAME|FILE", help="Another rod: a shipped one, or a rod.toml. Default: follower."
 )
-_PARAMETER = typer.Option(
+PARAMETER = typer.Option(
     "--parameter", metavar="NAME=X", help="A parameter that only this model has, dimensionless. Repeatable."
 )
 
@@ -89,9 +89,9 @@ def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
     parameters = [
         *options(_REQUIRED, str, required),
         *options(_OPTIONAL, str | None, None),
-        inspect.Parameter("model", keyword, default=None, annotation=Annotated[str | None, _MODEL]),
+        inspect.Parameter("model", keyword, default=None, annotation=Annotated[str | None, MODEL]),
         inspect.Parameter(
-            "parameter", keyword, default=None, annotation=Annotated[list[str] | None, _PARAMETER]
+            "parameter", keyword, default=None, annotation=Annotated[list[str] | None, PARAMETER]
         ),
         *own,
         *options(_SI, str | None, None),
@@ -140,6 +140,10 @@ def read_model(model: str | None, assignments: Sequence[str]) -> dict[str, str]:
     from rodwnl.models import emitted
 
     return {"model": emitted(model), **own}
+
+
+Model = Annotated[str | None, MODEL]
+Parameter = Annotated[list[str] | None, PARAMETER]
 
 
 def read_digits(text: str | None) -> int | None:

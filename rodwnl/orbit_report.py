@@ -13,7 +13,6 @@ from rodwnl.report import cell, heading
 
 if TYPE_CHECKING:
     from rodwnl.branches import Branch, BranchPoint, Event
-    from rodwnl.modelorbits import LawOrbit
     from rodwnl.orbits import Orbit
 
 POINT_ERROR = (
@@ -38,7 +37,7 @@ def at_work(rod: RodParameters) -> Iterator[Callable[[BranchPoint], None]]:
         yield show
 
 
-def orbit_entry(orbit: Orbit | LawOrbit) -> dict[str, Any]:
+def orbit_entry(orbit: Orbit) -> dict[str, Any]:
     """An orbit in JSON; every number a decimal text that reads back to the same double."""
     return {
         "force": repr(orbit.force),
@@ -91,7 +90,7 @@ def branch_entry(branch: Branch) -> dict[str, Any]:
     }
 
 
-def print_orbits(rod: RodParameters, orbits: Sequence[Orbit | LawOrbit]) -> None:
+def print_orbits(rod: RodParameters, orbits: Sequence[Orbit]) -> None:
     """A table with a column for each orbit."""
 
     def row(quantity: str, values: list[float]) -> list[str]:

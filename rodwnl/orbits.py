@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.collocation import interpolation
 from rodwnl.continuation import Point, solve_at
-from rodwnl.cycles import PARITY, OrbitSystem, Rod, flow, half_period
+from rodwnl.cycles import PARITY, OrbitSystem, half_period
 from rodwnl.errors import ComputationError
 from rodwnl.normalform import normal_form
-from rodwnl.strainform import follower, integrals
+from rodwnl.strainform import RodLaw, integrals
 
 Array = NDArray[np.float64]
 
@@ -23,25 +22,8 @@ Resolution = tuple[int, int]  # phases in half a period (even), degree in u
 COARSE: Resolution = (8, 18)
 FINEST: Resolution = (40, 44)  # 5400 unknowns: a Newton step takes ten seconds and 0.5 GB
 ACCURACY = 1e-9  # relative, of A_tip and ω
+FLOOR = 1e-6  # of fields whose scale is 1
 NEGLIGIBLE = 1e-6  # tail aimed at: what it changes in A_tip and ω is about a thousand times smaller
-
-
-class Grid(Protocol):
-    """Of phases in half a period and points along the rod."""
-
-    @property
-    def count(self) -> int: ...
-    @property
-    def degree(self) -> int: ...
-
-
-class Gridded(Protocol):
-    """An orbit on a grid, and how far its spectra have fallen there."""
-
-    @property
-    def system(self) -> Grid: ...
-    @property
-    def tails(self) -> tuple[float, float]: ...
 
 
 def highest(c: Array, s: Array) -> float:
@@ -62,13 +44,16 @@ def highest(c: Array, s: Array) -> float:
 
 
 def decay(slopes: Array) -> tuple[float, float]:
-    """The highest harmonics and Chebyshev coefficients of slopes (m, 3, N+1), relative to the largest."""
+    """The highest harmonics and Chebyshev coefficients of slopes (m, 3, N+1), relative to the largest.
+
+    A field that is nearly 0, as the stretch's slope is next to the Hopf point, counts as one of size FLOOR.
+    """
     count, degree = slopes.shape[0], slopes.shape[2] - 1
     time = half_period(count)
     in_time = in_space = 0.0
     for i, parity in enumerate(PARITY):
         field, k = slopes[:, i], time.harmonics[parity]
-        largest = np.abs(field).max()
+        largest = max(float(np.abs(field).max()), FLOOR)
         high = np.concatenate([k, k[(k > 0) & (k < count)]]) >= count - 2
         harmonics = np.abs(time.series[parity] @ field).max(axis=1)
         mirrored = np.concatenate([field, field[:, -2:0:-1]], axis=1)
@@ -100,17 +85,11 @@ class Cycle:
 
     def shape(self, phases: Array, points: Array | None = None) -> tuple[Array, Array, Array]:
         """x, y, θ at phases τ = ωt and points u (default: all nodes), (len(phases), len(points)) each."""
-        slopes, _, force, s = self.system.unpack(self.X)
-        time, matrices = half_period(self.system.count), integrals(self.system.degree)
-        fields = [time.at(parity, phases) @ slopes[:, i] for i, parity in enumerate(PARITY)]
-        e1, e2, P = (-field @ matrices.down.T for field in fields)
-        a = np.sqrt(max(s, 0.0))
-        theta = a * (P @ matrices.up.T)
-        h1, h2 = 1 - force / self.system.rod.k1 + s * e1, a * e2
-        c, sine = np.cos(theta), np.sin(theta)
-        at = np.eye(matrices.nodes.size) if points is None else interpolation(self.system.degree, points)
-        x, y = (h1 * c - h2 * sine) @ matrices.up.T, (h1 * sine + h2 * c) @ matrices.up.T
-        return x @ at.T, y @ at.T, theta @ at.T
+        x, y, theta = self.system.shape(self.X, phases)
+        if points is None:
+            return x, y, theta
+        at = interpolation(self.system.degree, points).T
+        return x @ at, y @ at, theta @ at
 
     @cached_property
     def tip_series(self) -> Array:
@@ -127,17 +106,13 @@ class Cycle:
     @cached_property
     def residual(self) -> float:
         """Largest defect of the equations relative to the largest velocity, by field."""
-        G, _ = self.system.linearised(self.X)
-        slopes, _, force, s = self.system.unpack(self.X)
-        velocity = np.abs(flow(self.system.rod, slopes, force, s, self.system.degree).right_hand_side)
-        defect = np.abs(G[:-2]).reshape(slopes.shape)
-        return float((defect.max(axis=(0, 2)) / velocity.max(axis=(0, 2))).max())
+        defect, velocity = self.system.sizes(self.X)
+        return float((defect / velocity).max())
 
     @cached_property
     def tails(self) -> tuple[float, float]:
         """The highest harmonics and Chebyshev coefficients of the slopes, relative to the largest."""
-        slopes, *_ = self.system.unpack(self.X)
-        return decay(slopes)
+        return decay(self.system.slopes(self.X))
 
 
 @dataclass(frozen=True)
@@ -171,20 +146,18 @@ class Onset:
     tip_per_angle: float
 
 
-def onset(rod: Rod, force: float, omega: float, resolution: Resolution = COARSE) -> Onset:
+def onset(law: RodLaw, force: float, omega: float, resolution: Resolution = COARSE) -> Onset:
     """The Hopf point nearest to this guess. Raises ComputationError where there is none."""
     count, degree = resolution
-    form = normal_form(follower(*rod), force, omega, degree)
-    system = OrbitSystem(rod, count, degree, form.force, form.omega)
+    form = normal_form(law, force, omega, degree)
+    system = OrbitSystem(law, count, degree, form.force, form.omega)
     matrices = integrals(degree)
-    mode = form.mode[:-3].reshape(3, degree + 1)  # the slopes; tip displacement 1
-    angle = -matrices.whole @ matrices.down @ mode[2]
-    slopes = np.real(np.exp(1j * half_period(count).phases)[:, None, None] * mode / angle)
-    guess = system.pack(slopes, form.omega, form.force, 0.0)
-    return Onset(system, solve_at(system, guess, -1, 0.0), float(1 / np.abs(angle)))
+    bending = form.mode[2 * (degree + 1) : -3]  # Π' of the mode, whose tip displacement is 1
+    angle = complex(form.mode[-1] - matrices.whole @ matrices.down @ bending)
+    return Onset(system, solve_at(system, system.begin(form, angle), -1, 0.0), 1 / abs(angle))
 
 
-def suited(cycle: Gridded, target: float = NEGLIGIBLE) -> Resolution:
+def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
     """The resolution at which geometric tails would fall to the target, half to twice the present one."""
 
     def number(now: int, tail: float, finest: int) -> int:
@@ -197,7 +170,7 @@ def suited(cycle: Gridded, target: float = NEGLIGIBLE) -> Resolution:
     return max(count, COARSE[0]), max(degree, COARSE[1])
 
 
-def finer(cycle: Gridded) -> Resolution:
+def finer(cycle: Cycle) -> Resolution:
     """The suited resolution, but finer than the present one by 4 or more in each direction, within FINEST."""
     count, degree = suited(cycle)
     now = cycle.system
@@ -206,9 +179,8 @@ def finer(cycle: Gridded) -> Resolution:
 
 def regridded(cycle: Cycle, resolution: Resolution) -> tuple[OrbitSystem, Array]:
     """The system of this resolution and the cycle as a guess for it."""
-    old = cycle.system
-    new = OrbitSystem(old.rod, *resolution, old.force_scale, old.omega_scale)
-    return new, old.resampled(cycle.X, new)
+    new = replace(cycle.system, count=resolution[0], degree=resolution[1])
+    return new, cycle.system.resampled(cycle.X, new)
 
 
 def orbit_at(guess: Cycle, force: float) -> Orbit:

@@ -120,13 +120,13 @@ class RodParameters:
         if self.model != PLAIN:
             raise InputError(
                 f"{what} is made for the rod {PLAIN!r} (constant coefficients, modes known in closed form), "
-                f"not for {self.model_name!r}; `hopf`, `landau`, `predict`, `orbit` and `simulate` take any"
+                f"not for {self.model_name!r}"
             )
 
     @property
     def model_name(self) -> str:
         """The model's name without the folder it may stand in."""
-        return self.model.replace("\\", "/").rstrip("/").rpartition("/")[2]
+        return model_name(self.model)
 
     def checked_force(self, value: Number, name: str = "force") -> Fraction:
         """The exact follower force; the base state needs 0 <= F < k1, so that ν = 1 - F/k1 > 0.
@@ -151,6 +151,11 @@ class RodParameters:
     def __repr__(self) -> str:
         model = "" if self.model == PLAIN else f", model={self.model!r}"
         return f"RodParameters({', '.join(f'{name}={text}' for name, text in self.texts().items())}{model})"
+
+
+def model_name(model: str) -> str:
+    """A model's name without the folder it may stand in."""
+    return model.replace("\\", "/").rstrip("/").rpartition("/")[2]
 
 
 def own_values(model: str, given: Mapping[str, Number]) -> tuple[tuple[str, Fraction], ...]:

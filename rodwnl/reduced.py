@@ -4,32 +4,38 @@ Near a Hopf threshold (F_c, ω_c) the rod moves, through second order in ε (pap
 eq:longitudinalODE, eq:pdefinitions; A includes the factor ε, so that F − F_c stands for ε²Δ), as
 
     y = A Y e^{iω_c t} + c.c.,    θ = A Θ e^{iω_c t} + c.c.,
-    x = νu + A² X2 e^{2iω_c t} + |A|² X0 + c.c.,    F1 = −F + A² P2 e^{2iω_c t} + |A|² P0 + c.c.,
+    x = x̂ + A² X2 e^{2iω_c t} + |A|² X0 + c.c.,    F1 = F̂1 + A² P2 e^{2iω_c t} + |A|² P0 + c.c.,
 
-with ν = 1 − F/k1 at the actual force, and dA/dt = α|A|²A + β(F − F_c)A (eq:SL), whose solution is elementary.
+with x̂ and F̂1 of the straight rod at the actual force (νu, ν = 1 − F/k1, and −F for the plain rod), and
+dA/dt = α|A|²A + β(F − F_c)A (eq:SL), whose solution is elementary.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike, NDArray
 
-from rodwnl import kernels
 from rodwnl.coefficients import LandauCoefficients, landau
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
-from rodwnl.parameters import Number, RodParameters
+from rodwnl.parameters import PLAIN, Number, RodParameters
 from rodwnl.quadrature import Nodes
 from rodwnl.spectrum import DEFAULT_MAX_FORCE
+from rodwnl.straightrod import straight_rod
+from rodwnl.strainform import integrals
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+Named = dict[str, Any]
+
+ADJOINT = ("Psi_Y", "Psi_Theta")
 POINTS = 32  # degree of the Chebyshev points at which shapes are given
 
 
@@ -37,14 +43,18 @@ POINTS = 32  # degree of the Chebyshev points at which shapes are given
 class ReducedModel:
     """The rod at one force, expanded about one threshold. Built by `reduced_model`.
 
-    Lengths in L, times in γ2 L⁴/k3, forces in k3/L². u (n,): points of the rod. Y, Theta, Psi_Y, Psi_Theta,
-    X0, X2, P0, P2 (n,): mode, adjoint mode and corrections there; Y(1) = 1, (Ψ, Φ)_Γ = 1 (eq:inner product).
+    Lengths in L, times in γ2 L⁴/k3, forces in k3/L². u (n,): points of the rod. straight_x, straight_tension
+    (n,): position and axial force of the straight rod under the force. Y, Theta, Psi_Y, Psi_Theta, X0, X2,
+    P0, P2 (n,): mode, adjoint mode and corrections there; Y(1) = 1, (Ψ, Φ)_Γ = 1 (eq:inner product), with the
+    drag of a load at the tip in it (Psi_Y_tip, Psi_Theta_tip: the adjoint mode at u = 1).
     """
 
+    rod: RodParameters
     coefficients: LandauCoefficients
-    parameters: tuple[float, float, float, float]
     force: float
     u: Array
+    straight_x: Array
+    straight_tension: Array
     Y: Complex
     Theta: Complex
     Psi_Y: Complex
@@ -53,28 +63,28 @@ class ReducedModel:
     X2: Complex
     P0: Complex
     P2: Complex
-
-    @property
-    def nu(self) -> float:
-        """Compression of the straight rod at this force, ν = 1 − F/k1 (eq:basestate)."""
-        return 1 - self.force / self.parameters[0]
+    Psi_Y_tip: complex
+    Psi_Theta_tip: complex
 
     def reconstruct(self, A: ArrayLike, t: ArrayLike) -> tuple[Array, Array, Array, Array]:
         """x, y, θ, F1 at the points u, (…, n) each, for amplitudes A (…) at times t (…)."""
         A, t = np.broadcast_arrays(np.asarray(A, complex), np.asarray(t, float))
         first = (A * np.exp(1j * self.coefficients.omega * t))[..., None]
         second, mean = first**2, np.abs(first) ** 2
-        x = self.nu * self.u + 2 * (second * self.X2 + mean * self.X0).real
+        x = self.straight_x + 2 * (second * self.X2 + mean * self.X0).real
         y, theta = 2 * (first * self.Y).real, 2 * (first * self.Theta).real
-        return x, y, theta, -self.force + 2 * (second * self.P2 + mean * self.P0).real
+        return x, y, theta, self.straight_tension + 2 * (second * self.P2 + mean * self.P0).real
 
     def amplitude(self, y: Array, theta: Array) -> complex:
         """The amplitude of a small perturbation (y, θ), (n,) each, at t = 0: its share of the mode.
 
         A = (Ψ, (y, θ))_Γ; the conjugate mode, orthogonal to Ψ, does not contribute.
         """
-        product = kernels.norm_integrand(self.Psi_Y, self.Psi_Theta, y, theta, self.parameters[2])
-        return complex(chebyshev(self.u.size - 1).weights @ product)
+        given = {
+            name: getattr(self, name) for name in ("u", "Psi_Y", "Psi_Theta", "Psi_Y_tip", "Psi_Theta_tip")
+        }
+        given |= {"Y": y, "Theta": theta, "Y_tip": y[-1], "Theta_tip": theta[-1]}
+        return _paired(self.rod, self.coefficients.force, chebyshev(self.u.size - 1).weights, given)
 
     def transient(self, A0: complex, t: ArrayLike) -> Complex:
         """A(t) from A(0) = A0, of the shape of t >= 0. See `stuart_landau`."""
@@ -87,7 +97,7 @@ def reduced_model(
 ) -> ReducedModel:
     """The amplitude equation and its shapes at a force, about a threshold (default: the nearest).
 
-    Raises InputError for a force outside [0, k1) and for a rod without threshold, and what `landau`
+    Raises InputError for a force without straight rod and for a rod without threshold, and what `landau`
     raises.
     """
     exact = rod.checked_force(force)
@@ -96,18 +106,44 @@ def reduced_model(
         if not found.thresholds:
             raise InputError(f"{rod} has no Hopf threshold, so there is nothing to reduce it to")
         coefficients = min(found, key=lambda c: abs(c.force - float(exact)))
-    parameters, at = rod.floats(), (coefficients.force, coefficients.omega)
-    nodes = nodes_at(parameters, *at)
-    mode, adjoint = critical_mode(parameters, *at, nodes), adjoint_mode(parameters, *at, nodes)
-    X = second_order(parameters, *at, mode, nodes)
-    product = kernels.norm_integrand(adjoint.Psi_Y, adjoint.Psi_Theta, mode.Y, mode.Theta, parameters[2])
-    norm = np.conj(nodes.weights @ product)
+    nodes, fields, tips = _shapes(rod, coefficients.force, coefficients.omega)
+    norm = np.conj(_paired(rod, coefficients.force, nodes.weights, {"u": nodes.u, **fields, **tips}))
     points = chebyshev(max(POINTS, nodes.u.size)).nodes
-    to_points = interpolation(nodes, points)
-    fields = (mode.Y, mode.Theta, adjoint.Psi_Y / norm, adjoint.Psi_Theta / norm, X.X0, X.X2, X.P0, X.P2)
+    straight, to_points = straight_rod(rod, float(exact)), interpolation(nodes, points)
+    nu = np.broadcast_to(straight.stretch(points)[0], points.shape)
     return ReducedModel(
-        coefficients, parameters, float(exact), points, *(to_points @ field for field in fields)
-    )
+        rod, coefficients, float(exact), points,
+        straight_x=integrals(points.size - 1).up @ nu,
+        straight_tension=np.broadcast_to(straight("stresses", h1=nu, h2=0.0, Pi=0.0)[0], points.shape),
+        **{name: to_points @ (field / norm if name in ADJOINT else field) for name, field in fields.items()},
+        **{f"{name}_tip": tips[f"{name}_tip"] / norm for name in ADJOINT},
+    )  # fmt: skip
+
+
+def _shapes(rod: RodParameters, force: float, omega: float) -> tuple[Nodes, Named, Named]:
+    """Nodes; mode, adjoint mode and corrections there by name; the modes at the tip."""
+    if rod.model == PLAIN:
+        at = rod.floats(), force, omega
+        nodes = nodes_at(*at)
+        mode, adjoint = critical_mode(*at, nodes), adjoint_mode(*at, nodes)
+        X = second_order(*at, mode, nodes)
+        known = vars(mode) | vars(adjoint) | vars(X) | {"Y_tip": 1.0}
+        known["Psi_Theta_tip"] = 0j  # nothing asks for it: the plain rod's load has no drag
+    else:
+        from rodwnl import expansion, thresholds  # SciPy, which the plain rod does not need
+
+        nodes, straight = thresholds.nodes_at(rod, force, omega), straight_rod(rod, force)
+        of_rod = expansion.critical_mode(straight, omega, nodes)
+        known = of_rod.named() | expansion.second_order(straight, omega, of_rod, nodes)[0]
+    fields = {name: known[name] for name in ("Y", "Theta", *ADJOINT, "X0", "X2", "P0", "P2")}
+    return nodes, fields, {f"{name}_tip": known[f"{name}_tip"] for name in ("Y", "Theta", *ADJOINT)}
+
+
+def _paired(rod: RodParameters, force: float, weights: Array, given: Named) -> complex:
+    """(Ψ, (Y, Θ))_Γ of the rod at its threshold, with what a load with drag adds at the tip."""
+    straight = straight_rod(rod, force)
+    integrand = np.broadcast_to(straight("norm_integrand", **given), weights.shape)
+    return complex(weights @ integrand + straight("norm_boundary", **given))
 
 
 def stuart_landau(alpha: complex, sigma: complex, A0: complex, t: ArrayLike) -> Complex:

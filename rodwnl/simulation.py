@@ -52,7 +52,8 @@ class Simulation:
     """One run. Dimensionless: lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 
     time, tip_x, tip_y, tip_theta (m,): uniform samples. frame_time (k,), x, y, theta, axial_force (k, N+1)
-    at nodes (N+1,): the shapes at the last samples. complete: False where the run was interrupted. tail:
+    at nodes (N+1,): the shapes at the last samples. tip_load (k, 2): the load at the tip then, along x and y,
+    over the force and without its drag. complete: False where the run was interrupted. tail:
     relative size of the last Chebyshev coefficients. tip_residual: the largest of |x' − ν cosθ|,
     |y' − ν sinθ|, |θ'| at the tip, by differentiating the shapes; of another rod than the plain one the
     largest stress minus load there, over the force. evaluations: of the right-hand side and of its Jacobian.
@@ -73,6 +74,7 @@ class Simulation:
     y: Array
     theta: Array
     axial_force: Array
+    tip_load: Array
     complete: bool
     tail: float
     tip_residual: float
@@ -293,6 +295,7 @@ class _Run:
             y=y,
             theta=theta,
             axial_force=axial_force,
+            tip_load=_tip_load(self.form, theta[:, -1]),
             complete=self.complete,
             tail=self.tail or self.form.tail(self.states[-1:]),  # of a run that ended in its first chunk
             tip_residual=_tip_residual(self.form, x, y, theta)
@@ -308,6 +311,13 @@ def _tip_residual(form: AngleForm, x: Array, y: Array, theta: Array) -> float:
     end, tip = chebyshev(form.nodes.size - 1).first[-1], theta[:, -1]
     residuals = (x @ end - form.nu * np.cos(tip), y @ end - form.nu * np.sin(tip), theta @ end)
     return max(float(np.abs(r).max()) for r in residuals)
+
+
+def _tip_load(form: AngleForm | LawForm, theta: Array) -> Array:
+    """The load along x and y over the force, (k, 2), at angles (k,) of a tip at rest."""
+    along, across = (-1.0, 0.0) if isinstance(form, AngleForm) else form.tip_load(theta)
+    c, s = np.cos(theta), np.sin(theta)
+    return np.stack([along * c - across * s, along * s + across * c], axis=-1)
 
 
 def to_dataset(run: Simulation) -> xarray.Dataset:
@@ -339,6 +349,12 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             "F1": variable(
                 frame, run.axial_force, force, "axial force k1 (h1 - 1)" if plain else "axial force"
             ),
+            "load_x": variable(
+                ("frame",), run.tip_load[:, 0], "1", "load at the tip along x, over the force"
+            ),
+            "load_y": variable(
+                ("frame",), run.tip_load[:, 1], "1", "load at the tip along y, over the force"
+            ),
         },
         coords={
             "time": variable(("time",), run.time, duration, "time"),
@@ -349,6 +365,8 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             if plain
             else f"Planar Cosserat rod {run.rod.model_name!r}, full nonlinear equations",
             "conventions": "dimensionless: lengths in L, times in gamma2 L^4/k3, forces in k3/L^2",
+            **({} if plain else {"model": run.rod.model_name}),
+            "parameters": " ".join(run.rod.texts()),
             **run.rod.texts(),
             "force": run.force,
             "perturbation": run.perturbation,

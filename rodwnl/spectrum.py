@@ -205,7 +205,10 @@ def finite() -> Iterator[None]:
 
 
 def searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
-    """The largest force searched when this one is asked for, and whether the straight rod ends before it."""
+    """The force up to which to search: `max_force`, or where the straight rod ends before; if it was cut.
+
+    Raises InputError for a negative force.
+    """
     if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)

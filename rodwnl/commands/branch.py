@@ -1,7 +1,7 @@
 """`rodwnl branch`: the orbits of the full nonlinear rod along the force, from one of its thresholds."""
 
 from fractions import Fraction
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -25,10 +25,11 @@ def command(
     """Follow periodic orbits from a threshold through folds, with their stability.
 
     The branch goes on to the next Hopf point, the end of 0 < force < k1, the force given by --until or the
-    number of points. Folds and other changes of stability are located to 1e-6 in the force; of another rod
-    than the plain one only folds are, and its branch ends at --max-force too.
+    number of points. Folds and other changes of stability are located to 1e-6 in the force. The branch of
+    another rod than the plain one, which may bear any force, ends at --max-force too.
     """
-    from rodwnl.spectrum import hopf_thresholds
+    from rodwnl.branches import branch
+    from rodwnl.spectrum import hopf_thresholds, searched_range
 
     if max_points < 1:
         raise InputError(f"max_points is {max_points}, but a branch has at least one point")
@@ -42,23 +43,17 @@ def command(
         )
     start = search[threshold - 1]
     end = None if stop is None else float(stop)
-    found: Any
+    farthest = rod.k1 if rod.model == PLAIN else max(search.max_force, stop or 0)
     with at_work(rod) as watch:
-        if rod.model == PLAIN:
-            from rodwnl.branches import branch
-            from rodwnl.cycles import Rod
-
-            found = branch(
-                Rod(*rod.floats()), start.force, start.omega, until=end, most_points=max_points, watch=watch
-            )
-        else:
-            from rodwnl.coefficients import landau
-            from rodwnl.emittedlaw import emitted_law
-            from rodwnl.modelbranches import model_branch
-
-            window = 0.0, max(float(search.max_force), end or 0.0)
-            begin = landau(rod, search.max_force)[threshold - 1]
-            found = model_branch(emitted_law(rod), begin, window, end, max_points, watch=watch)
+        found = branch(
+            rod,
+            start.force,
+            start.omega,
+            end,
+            (0.0, float(searched_range(rod, farthest)[0])),
+            max_points,
+            watch,
+        )
     if json:
         print_json(
             rod_document(rod)

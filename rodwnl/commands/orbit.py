@@ -1,6 +1,5 @@
 """`rodwnl orbit`: the periodic orbits of the full nonlinear rod at one force."""
 
-from fractions import Fraction
 from typing import Annotated
 
 import typer
@@ -8,7 +7,7 @@ import typer
 from rodwnl.options import Json, read_force, takes_rod
 from rodwnl.orbit_report import at_work, branch_entry, ending, orbit_entry, print_orbits
 from rodwnl.output import print_json
-from rodwnl.parameters import PLAIN, RodParameters, decimal_text
+from rodwnl.parameters import RodParameters, decimal_text
 from rodwnl.report import cell, heading, rod_document, rod_sentence, with_unit
 
 
@@ -24,13 +23,9 @@ def command(
     """Solve for the periodic orbit itself: amplitude, frequency, harmonics and stability.
 
     Where the straight rod is stable, and with --every, all branches of orbits are followed and every orbit at
-    this force is listed, stable ones first. Of another rod than the plain one, only branches that the
-    amplitude equation predicts at this force are followed.
+    this force is listed, stable ones first.
     """
     exact = read_force(rod, "force", force)
-    if rod.model != PLAIN:
-        _of_model(rod, exact, every, json)
-        return
     from rodwnl.coexistence import periodic_orbits
 
     with at_work(rod) as watch:
@@ -52,24 +47,4 @@ def command(
     for branch in found.branches:
         start = cell(rod, "force", branch.start.force, 1e-9 * branch.start.force)
         print(f"Followed the orbits from {heading(rod, 'force')} = {start}: {ending(rod, branch)}.")
-    print_orbits(rod, found.orbits)
-
-
-def _of_model(rod: RodParameters, force: Fraction, every: bool, json: bool) -> None:
-    from rodwnl.modelorbits import model_orbits
-
-    found = model_orbits(rod, force, every)
-    straight = "stable" if found.straight_stable else "unstable"
-    if json:
-        entries = [orbit_entry(orbit) for orbit in found.orbits]
-        print_json(
-            rod_document(rod)
-            | {"force": decimal_text(force), "straight": straight, "orbit": entries[0], "orbits": entries}
-            | {"not_found": list(found.failures)}
-        )
-        return
-    print(rod_sentence(rod))
-    print(f"At force = {with_unit(rod, 'force', force)} the straight rod is {straight}.")
-    for failure in found.failures:
-        print(f"Not found, though the amplitude equation predicts an orbit: {failure}.")
     print_orbits(rod, found.orbits)

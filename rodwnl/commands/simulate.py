@@ -54,8 +54,6 @@ def command(
     duration = positive("time", time) / (rod.scales.time if rod.scales else 1)
     chosen = _nodes(nodes)
     tolerance = float(positive("rtol", rtol))
-    if reduced:
-        rod.require_plain("--reduced")
     _require_writable(out, animate, expected_size(rod, exact, duration))
     with _progress("simulating") as progress:
         run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)

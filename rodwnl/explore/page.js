@@ -19,7 +19,9 @@ function format(x, digits = 6) {
 let current = null; // the state that is shown
 let branches = []; // of orbits, of the current rod
 let newest = 0; // number of the newest question; older answers are dropped
+let waiting = false; // for an answer: one question at a time, the next with what the sliders then say
 let resting = null;
+const PAGE = Math.random().toString(36).slice(2); // tells the server whose question it is
 
 function valueOf(slider, position) {
   const { low, high, log } = slider;
@@ -66,34 +68,42 @@ async function ask(rodChanged) {
   const rod = values();
   if (rodChanged) branches = [];
   clearTimeout(resting);
+  if (waiting) return;
+  waiting = true;
   try {
-    const state = await fetched("state", rod);
-    if (number !== newest) return;
-    current = state;
+    current = await fetched("state", { ...rod, page: PAGE, question: number });
     show();
-    if (rodChanged || !branches.length) resting = setTimeout(() => askOrbits(number, rod), ORBITS_AFTER);
+    if (number === newest && !branches.length) resting = setTimeout(() => askOrbits(number, rod), ORBITS_AFTER);
   } catch (error) {
-    if (number === newest) say(error.message, true);
+    say(error.message, true);
   }
+  waiting = false;
+  if (number !== newest) ask(false);
 }
 
 async function askOrbits(number, rod) {
-  $("orbit-note").textContent = current.thresholds.length ? "computing orbits of the full nonlinear rod …" : "";
+  const thresholds = current.thresholds;
   const found = [];
-  for (let i = 0; i < current.thresholds.length; i++) {
+  let failure = "";
+  if (thresholds.length) $("orbit-note").textContent = "computing orbits of the full nonlinear rod …";
+  for (let i = 0; i < thresholds.length; i++) {
+    // a branch that joins two thresholds is asked for once
+    if (found.some((b) => b.joins !== null && Math.abs(b.joins / thresholds[i].force - 1) < 1e-6)) continue;
     try {
-      found.push(await fetched("orbits", { ...rod, threshold: i }));
+      const branch = await fetched("orbits", { ...rod, threshold: i, page: PAGE, question: number });
+      if (number !== newest) return;
+      found.push(branch);
+      branches = [...found];
+      showAmplitude();
     } catch (error) {
-      $("orbit-note").textContent = error.message;
+      failure = `${error.message}. `;
     }
     if (number !== newest) return;
   }
-  branches = found;
   const count = found.reduce((sum, branch) => sum + branch.points.length, 0);
-  $("orbit-note").textContent = count
+  $("orbit-note").textContent = failure + (count
     ? `${count} orbits of the full nonlinear rod: dots, hollow where unstable; lines: theory, dashed where unstable`
-    : "";
-  showAmplitude();
+    : "");
 }
 
 function say(text, isError = false) {
@@ -166,7 +176,7 @@ function ticksOf([low, high], most = 6) {
 }
 
 function show() {
-  const { thresholds, predictions, searched } = current;
+  const { thresholds, predictions, searched, buckling } = current;
   $("thresholds").replaceChildren(
     ...thresholds.map((t, i) => {
       const row = document.createElement("tr");
@@ -180,7 +190,9 @@ function show() {
       return row;
     }),
   );
-  say(thresholds.length ? "" : `No threshold up to force ${format(searched)}: the straight rod is stable.`);
+  const calm = buckling.length ? "" : ": the straight rod is stable";
+  const buckles = buckling.length ? `A real eigenvalue crosses at force ${buckling.map((f) => format(f)).join(", ")}: buckling. ` : "";
+  say(buckles + (thresholds.length ? "" : `No threshold up to force ${format(searched)}${calm}.`));
   showSpectrum();
   showPlane();
   showAmplitude();
@@ -266,6 +278,14 @@ function showMode() {
   beating = requestAnimationFrame(beat);
 }
 
-buildControls();
-addEventListener("resize", () => current && show());
-ask(true);
+async function begin() {
+  const { title, parameters } = await fetched("about", {});
+  $("title").textContent = document.title = title;
+  const own = parameters.map((p) => ({ ...p, text: p.name, log: false }));
+  SLIDERS.splice(SLIDERS.length - 1, 0, ...own);
+  buildControls();
+  addEventListener("resize", () => current && show());
+  ask(true);
+}
+
+begin().catch((error) => say(error.message, true));

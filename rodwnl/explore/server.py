@@ -1,8 +1,9 @@
-"""The server of the page: on this machine only, three files and two questions about a rod."""
+"""The server of the page: on this machine only, three files and three questions about one model of a rod."""
 
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -11,8 +12,8 @@ from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.explore.state import orbits, state
-from rodwnl.parameters import RodParameters, exact
+from rodwnl.explore.state import about, orbits, state
+from rodwnl.parameters import PLAIN, RodParameters, exact
 
 HOST = "127.0.0.1"
 FILES = {
@@ -21,6 +22,7 @@ FILES = {
     "/page.css": ("page.css", "text/css; charset=utf-8"),
 }
 ROD = ("k1", "k2", "gamma3", "gamma1")
+Own = tuple[tuple[str, Fraction], ...]
 # Nothing from elsewhere, and nobody else may show the page.
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; frame-ancestors 'none'",
@@ -30,10 +32,18 @@ HEADERS = {
 
 
 class Handler(BaseHTTPRequestHandler):
-    """GET /, /page.js, /page.css; /state?k1=…&k2=…&gamma3=…&gamma1=…&force=…; /orbits?…&threshold=0."""
+    """GET /, /page.js, /page.css; /about; /state?k1=…&k2=…&gamma3=…&gamma1=…&force=…; /orbits?…&threshold=0.
+
+    model, own: the rod, and the parameters that only it has, with the values to begin with. newest: the
+    number of the newest question of every page; a branch of orbits that an older one asked for is given up.
+    """
 
     protocol_version = "HTTP/1.1"
     server_version = "rodwnl"
+
+    def __init__(self, *arguments: Any, model: str, own: Own, newest: dict[str, int]) -> None:
+        self.model, self.own, self.newest = model, own, newest
+        super().__init__(*arguments)
 
     def do_GET(self) -> None:
         # A page from elsewhere may reach this port by a name of its own for 127.0.0.1: answer only to ours.
@@ -46,12 +56,15 @@ class Handler(BaseHTTPRequestHandler):
             name, kind = FILES[address.path]
             self._send(HTTPStatus.OK, kind, files("rodwnl.explore").joinpath(name).read_bytes())
             return
-        question = {"/state": _state, "/orbits": _orbits}.get(address.path)
+        questions = {"/about": self._about, "/state": self._state, "/orbits": self._orbits}
+        question = questions.get(address.path)
         if question is None:
             self._json(HTTPStatus.NOT_FOUND, {"error": f"there is no {address.path}"})
             return
         try:
             given = {name: values[-1] for name, values in parse_qs(address.query).items()}
+            page, asked = given.get("page", ""), _whole("question", given.get("question", "0"))
+            self.newest[page] = max(asked, self.newest.get(page, 0))
             self._json(HTTPStatus.OK, question(given))
         except (InputError, ComputationError) as error:
             self._json(HTTPStatus.BAD_REQUEST, {"error": str(error)})
@@ -69,28 +82,39 @@ class Handler(BaseHTTPRequestHandler):
     def log_message(self, *_: Any) -> None:
         """The page asks many times a second; nothing is logged."""
 
+    def _about(self, given: dict[str, str]) -> Any:
+        return about(self.model, self.own)
 
-def _rod(given: dict[str, str]) -> RodParameters:
-    if missing := [name for name in ROD if name not in given]:
-        raise InputError(f"the rod also needs {', '.join(missing)}")
-    return RodParameters(given["k1"], given["k2"], given["gamma3"], given["gamma1"])
+    def _state(self, given: dict[str, str]) -> Any:
+        return state(self._rod(given), given.get("force", "0"))
+
+    def _orbits(self, given: dict[str, str]) -> Any:
+        page, asked = given.get("page", ""), _whole("question", given.get("question", "0"))
+
+        def watch(point: Any) -> None:
+            if self.newest[page] > asked:
+                raise ComputationError("the page has asked for something else since")
+
+        return orbits(self._rod(given), _whole("threshold", given.get("threshold", "0")), watch)
+
+    def _rod(self, given: dict[str, str]) -> RodParameters:
+        if missing := [name for name in ROD if name not in given]:
+            raise InputError(f"the rod also needs {', '.join(missing)}")
+        own: dict[str, Any] = {name: given.get(name, value) for name, value in self.own}
+        return RodParameters(*(given[name] for name in ROD), model=self.model, **own)
 
 
-def _state(given: dict[str, str]) -> Any:
-    return state(_rod(given), given.get("force", "0"))
-
-
-def _orbits(given: dict[str, str]) -> Any:
-    number = exact("threshold", given.get("threshold", "0"))
+def _whole(name: str, text: str) -> int:
+    number = exact(name, text)
     if number.denominator != 1:
-        raise InputError(f"threshold is {number}, but it must be a whole number")
-    return orbits(_rod(given), int(number))
+        raise InputError(f"{name} is {number}, but it must be a whole number")
+    return int(number)
 
 
-def serve(port: int = 0) -> ThreadingHTTPServer:
+def serve(port: int = 0, model: str = PLAIN, own: Own = ()) -> ThreadingHTTPServer:
     """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError if it is taken."""
     try:
-        server = ThreadingHTTPServer((HOST, port), partial(Handler))
+        server = ThreadingHTTPServer((HOST, port), partial(Handler, model=model, own=own, newest={}))
     except OSError as error:
         raise InputError(f"cannot listen on {HOST}:{port}: {error.strerror}; give another --port") from None
     server.daemon_threads = True

@@ -10,7 +10,6 @@ import pytest
 from rodwnl import branches, cli, coexistence
 from rodwnl.branches import Branch, BranchPoint, branch
 from rodwnl.coexistence import bistability, periodic_orbits, straight_is_stable
-from rodwnl.cycles import Rod
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.normalform import normal_form
 from rodwnl.orbits import orbit_at
@@ -18,7 +17,7 @@ from rodwnl.parameters import RodParameters
 from rodwnl.spectrum import HopfSearch, hopf_thresholds
 from rodwnl.strainform import follower
 
-STIFF = Rod(1e4, 1e4, 1e-4, 0.5)
+STIFF = RodParameters(1e4, 1e4, 1e-4)
 REENTRANT = RodParameters(160, "1e4", "1e-4")  # unstable between two thresholds, the upper one subcritical
 
 
@@ -30,7 +29,7 @@ def search() -> HopfSearch:
 @pytest.fixture(scope="module")
 def whole(search) -> Branch:
     """From the lower threshold to wherever it leads."""
-    return branch(Rod(*REENTRANT.floats()), search[0].force, search[0].omega)
+    return branch(REENTRANT, search[0].force, search[0].omega)
 
 
 def test_the_branch_joins_both_thresholds_through_a_fold(whole, search):
@@ -139,7 +138,7 @@ def test_a_branch_stops_where_it_is_told_to():
 
 
 def test_a_subcritical_branch_begins_unstable_on_the_stable_side():
-    few = branch(Rod(200.0, 1e4, 1e-4, 0.5), 155.6, 3367.3, most_points=2)
+    few = branch(RodParameters(200.0, 1e4, 1e-4), 155.6, 3367.3, most_points=2)
     assert [point.unstable for point in few.points] == [1, 1]
     assert all(point.cycle.force > few.start.force for point in few.points)
 
@@ -163,6 +162,29 @@ def test_what_crosses_the_unit_circle_names_the_event(whole, monkeypatch, before
 
     branches._events(with_rho(before), 0.1, with_rho(after), 1)
     assert named == ([] if expected is None else [expected])
+
+
+@pytest.mark.parametrize("model", ["follower", "metric_drag"])
+def test_a_change_of_stability_is_located_to_its_accuracy(model):
+    """A multiplier that passes through another size than 1: on these branches 1 is met at folds only."""
+    rod = RodParameters(200, 1e4, 1e-4, model=model)
+    points = branch(rod, 49.758, 446.0 if model == "metric_drag" else 334.3, until=52.0).points
+    before, after = points[-2:]
+    size = np.sqrt(np.abs(before.rho[0] * after.rho[0]))
+    length = (after.cycle.force - before.cycle.force) / before.forward
+
+    def event(at: BranchPoint) -> float:
+        return float(np.log(np.abs(at.rho[0]) / size))
+
+    found = branches._pinned("torus", before, length, after, event, 1)
+    assert found.error < 1e-6
+    assert before.cycle.force < found.force < after.cycle.force
+    orbit = orbit_at(found.at.cycle, found.force + 1e-3)
+    nearby = orbit_at(found.at.cycle, found.force - 1e-3)
+    sizes = [np.sqrt(abs(o.multipliers[0])) for o in (nearby, orbit)]
+    assert sizes[0] > size > sizes[1]
+    slope = (sizes[1] - sizes[0]) / 2e-3
+    assert abs(np.mean(sizes) - size) < 1e-6 * abs(slope) + 1e-8
 
 
 ROD = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
@@ -233,7 +255,7 @@ def test_bad_requests_end_with_one_line(capsys, arguments, message):
 
 def test_a_fold_next_to_a_hopf_point_is_seen_from_either_end():
     """k1 = 150.9: the fold lies 0.0066 beyond the upper threshold, within the branch's last step."""
-    rod = Rod(150.9, 1e4, 1e-4, 0.5)
+    rod = RodParameters(150.9, 1e4, 1e-4)
     from_below = branch(rod, 66.029541, 590.180246)
     from_above = branch(rod, 87.863223, 1049.660273, most_points=6)
     assert from_below.end == "Hopf point"

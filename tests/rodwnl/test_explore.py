@@ -1,8 +1,10 @@
 import json
+import re
 import signal
 import socket
 import subprocess
 import sys
+from contextlib import contextmanager
 from http.client import HTTPConnection
 from threading import Thread
 
@@ -18,15 +20,23 @@ from .browser import CHROMIUM, Browser
 PAPER = {"k1": "200", "k2": "1e4", "gamma3": "1e-4", "gamma1": "0.5"}
 
 
-@pytest.fixture
-def port():
+@contextmanager
+def served(**model):
     """The port of a running server."""
-    with serve() as server:
+    with serve(**model) as server:
         thread = Thread(target=server.serve_forever)
         thread.start()
-        yield server.server_address[1]
-        server.shutdown()
-        thread.join()
+        try:
+            yield server.server_address[1]
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@pytest.fixture
+def port():
+    with served() as number:
+        yield number
 
 
 def get(port, path, host=None):
@@ -143,6 +153,93 @@ def test_command_says_where_it_listens():
         assert line.startswith("http://127.0.0.1:")
         process.send_signal(signal.SIGINT)
         assert process.wait(30) == 130
+
+
+def test_the_state_of_another_rod_agrees_with_the_commands():
+    rod = RodParameters(200, "1e4", "1e-4", model="quartic", bend4="1/20")
+    shown = states.state(rod, 60)
+    for c, t, p, prediction in zip(
+        landau(rod), shown["thresholds"], shown["predictions"], predict(rod, 60), strict=True
+    ):
+        assert (t["force"], t["omega"], complex(*t["alpha"])) == (c.force, c.omega, c.alpha)
+        assert (t["criticality"], t["crossing"]) == (c.criticality, c.crossing)
+        assert p["exists"] == prediction.exists
+        if p["exists"]:
+            assert (p["A_tip"], p["omega"]) == pytest.approx((prediction.A_tip, prediction.omega), rel=1e-12)
+        assert t["mode"]["Y"][-1] == [1, 0]
+        assert complex(*t["mode"]["Y"][-2]) == pytest.approx(1, abs=0.1)
+    low, high = (t["force"] for t in shown["thresholds"])
+    for f, growth in zip(shown["spectrum"]["force"], shown["spectrum"]["growth"], strict=True):
+        assert (max(growth) > 0) == (low < f < high)
+    assert states.state(RodParameters(200, "1e4", "1e-4", model="partial_follower", chi=0), 1)["buckling"]
+
+
+def test_the_server_answers_for_its_rod():
+    with served(model="quartic", own=(("stretch4", 100), ("bend4", 0))) as port:
+        status, about = question(port, "/about")
+        assert about["title"].startswith("Rod 'quartic': Planar Cosserat rod")
+        assert about["parameters"] == [
+            {"name": "stretch4", "start": 100.0, "low": 0.0, "high": 200.0},
+            {"name": "bend4", "start": 0.0, "low": 0.0, "high": 1.0},
+        ]
+        status, document = question(port, "/state", **PAPER, force=60, bend4="1/20")
+        assert status == 200
+        rod = RodParameters(**PAPER, model="quartic", bend4="1/20")
+        assert document["thresholds"][0]["force"] == landau(rod)[0].force
+        status, document = question(port, "/state", **PAPER, force=310)
+        assert status == 400
+        assert "no straight state at force = 310" in document["error"]
+
+
+def test_orbits_are_given_up_when_the_page_asks_for_something_else(port):
+    answers = []
+    stale = Thread(
+        target=lambda: answers.append(question(port, "/orbits", **PAPER, threshold=0, page="a", question=1))
+    )
+    stale.start()
+    assert question(port, "/state", **PAPER, force=60, page="a", question=2)[0] == 200
+    stale.join()
+    ((status, document),) = answers
+    assert (status, document["error"]) == (400, "the page has asked for something else since")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--model", "nosuch"], "there is no rod 'nosuch'"),
+        (["--model", "quartic", "--parameter", "chi=1"], "has no parameter 'chi'; its own are stretch4"),
+        (["--parameter", "chi=1"], "name that one with --model"),
+        (["--model", "quartic", "--parameter", "bend4=x"], "bend4 is 'x': not a finite number"),
+    ],
+)
+def test_bad_rods_end_with_one_line(capsys, arguments, message):
+    assert cli.run(["explore", "--no-browser", *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(message, line)
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")
+def test_the_page_of_another_rod_has_its_sliders(tmp_path):
+    with served(model="partial_follower", own=(("chi", 0.9),)) as port, Browser(tmp_path / "p") as page:
+        page.send("Page.navigate", url=f"http://{HOST}:{port}/")
+        page.wait_for("document.querySelectorAll('#thresholds tr').length > 0")
+        assert page.run("document.title").startswith("Rod 'partial_follower'")
+        assert page.run("document.getElementById('title').textContent") == page.run("document.title")
+        first = page.run("document.querySelector('#thresholds tr').children[1].textContent")
+        asked = len(page.requests)
+        for value in ("0.47", "0.48", "0.49", "0.5"):  # four changes before there is an answer
+            page.run(
+                f"(s => {{ s.value = {value}; s.dispatchEvent(new Event('input')); }})"
+                "(document.getElementById('chi'))"
+            )
+        page.wait_for(f"document.querySelector('#thresholds tr').children[1].textContent !== '{first}'")
+        page.wait_for("!waiting")
+        chi = page.run("document.getElementById('chi-value').textContent")
+        assert chi == "0.9"
+        page.wait_for(f"document.querySelector('#thresholds tr').children[1].textContent === '{first}'")
+        states_asked = [url for url in page.requests[asked:] if "/state" in url]
+        assert 2 <= len(states_asked) <= 3
+        assert "chi=0.9" in states_asked[-1]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")

@@ -11,23 +11,26 @@ from rodwnl.animation import film
 from rodwnl.branches import branch
 from rodwnl.cli import run
 from rodwnl.coefficients import landau
-from rodwnl.cycles import Rod
 from rodwnl.errors import InputError
 from rodwnl.figuredata import (
     Column,
     Comparison,
     SimulatedPoint,
+    beating_like_the_papers,
+    by_rod,
+    columns_of,
     eigenvalue_path,
     paper_columns,
     simulated,
     theory,
 )
+from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict_at
 from rodwnl.readout import Reading
 from rodwnl.reduced import reduced_model
 from rodwnl.simulation import simulate, to_dataset
-from rodwnl.storage import save
+from rodwnl.storage import load, save
 
 FIRST = RodParameters("1e4", "1e4", "1e-4")
 
@@ -46,7 +49,7 @@ def beating():
 def compared(column):
     """A comparison with a short branch, and one simulation in each state."""
     c = column.coefficients
-    path = branch(Rod(*FIRST.floats()), c.force, c.omega, window=(37.0, 38.0)).path
+    path = branch(FIRST, c.force, c.omega, window=(37.0, 38.0)).path
     followed = np.array([(o.force, o.tip_amplitude, o.omega, stable) for o, stable in path])
     readings = [
         Reading("settled", 0.1, 1e-6, 193.0, 1e-3, 0.0),
@@ -200,7 +203,7 @@ def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
 
 
 def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(figures, "computed", lambda pool, watch, quick: iter([drawings.compared([compared])]))
+    monkeypatch.setattr(figures, "computed", lambda *given: iter([drawings.compared([compared])]))
     folder = tmp_path / "new"
     assert run(["figures", "--out", str(folder)]) == 0
     assert {p.suffix for p in folder.iterdir()} == {".svg", ".png", ".csv", ".txt"}
@@ -208,3 +211,101 @@ def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatc
     blocked = tmp_path / "file"
     blocked.write_text("")
     assert run(["figures", "--out", str(blocked)]) == 2
+
+
+SPRING = """
+name = "springy"
+title = "rod with a stiffening energy and a spring at the tip"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + (exp(q*Pi^2) - 1)/(2*q)"
+
+[parameters]
+q = { default = "1/100", meaning = "stiffening in bending" }
+kappa = { default = "1/5", meaning = "spring at the tip" }
+
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+
+[[load]]
+kind = "follower"
+share = "1/2"
+
+[[load]]
+kind = "dead"
+share = "1/2"
+
+[[load]]
+kind = "spring"
+stiffness = "kappa"
+"""
+
+
+@pytest.fixture(scope="module")
+def springy(tmp_path_factory):
+    file = tmp_path_factory.mktemp("rod") / "rod.toml"
+    file.write_text(SPRING, encoding="utf-8")
+    return RodParameters("1e4", "1e4", "1e-4", model=emitted(str(file)))
+
+
+def test_figures_of_another_rod(springy, tmp_path):
+    """Its spectrum, modes and a run whose load keeps its direction in part; captions name the rod."""
+    columns = columns_of([springy])
+    (column,) = columns
+    c = column.coefficients
+    path = eigenvalue_path(column, *figures._range(columns), count=24)
+    growth = np.interp(c.force, path.force, path.eigenvalue[:, 0].real)
+    assert abs(growth) < 0.1 * np.abs(path.eigenvalue[:, 0].real).max()
+    beats = simulate(springy, repr(1.5 * c.force), "0.3", "0.1", rtol=1e-6)
+    along, across = beats.tip_load.T
+    np.testing.assert_allclose(along, -(1 + np.cos(beats.theta[:, -1])) / 2, atol=1e-12)
+    np.testing.assert_allclose(across, -np.sin(beats.theta[:, -1]) / 2, atol=1e-12)
+    save(to_dataset(beats), tmp_path / "run.nc")
+    with load(tmp_path / "run.nc") as kept:
+        np.testing.assert_array_equal(kept["load_x"], along)
+    caption = drawings.one_run(to_dataset(beats)).caption
+    assert caption.startswith("model = springy, k1 = 10000, ")
+    assert "q = 0.01, kappa = 0.2, force = " in caption
+    found, _ = figures.orbits(column)
+    assert found[0, 0] == pytest.approx(c.force)
+    assert found[-1, 0] == pytest.approx(c.force * 1.12)
+    comparison = Comparison(column, theory(column), (), found, np.empty((0, 3)))
+    made = [
+        drawings.hopf(columns, path),
+        drawings.beta_check(columns, [path]),
+        drawings.modes([reduced_model(springy, repr(c.force), c)]),
+        drawings.compared([comparison]),
+    ]
+    for drawing in made:
+        figures.write(drawing, tmp_path)
+        if drawing.name != "comparison":
+            assert "q = 0.01, kappa = 0.2 (springy)" in drawing.caption
+    assert "unstable beyond the threshold" in made[0].caption
+
+
+def test_which_run_is_drawn(springy):
+    (start,) = beating_like_the_papers(columns_of([springy]))
+    column, force, _ = start
+    assert force == pytest.approx(1.06 * column.coefficients.force)
+    reentrant = columns_of([RodParameters("149.5", "1e4", "1e-4")])
+    assert [len(rod) for rod in by_rod([column, *reentrant])] == [1, 2]
+    (start,) = beating_like_the_papers(reentrant)
+    assert start[1] < reentrant[1].coefficients.force
+    assert beating_like_the_papers(reentrant[1:]) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--model", "nosuch"], "there is no rod 'nosuch'"),
+        (["--k1", "200"], "a rod for the figures also needs --k2 and --gamma3"),
+        (["--parameter", "chi=1"], "name that one with --model"),
+        (["--model", "metric-drag", "--k1", "2", "--k2", "2", "--gamma3", "1"], "no Hopf threshold"),
+        (["--k1", "", "--k2", "2", "--gamma3", "1"], "k1 is '': not a finite number"),
+    ],
+)
+def test_bad_rods_for_figures_end_with_one_line(tmp_path, capsys, arguments, message):
+    assert run(["figures", "--out", str(tmp_path / "f"), *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+    assert not (tmp_path / "f").exists()

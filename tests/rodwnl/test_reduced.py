@@ -1,12 +1,17 @@
 """The reduced model: the amplitude equation's solution, and the shapes it stands for."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from rodwnl import cli
 from rodwnl.angleform import angle_form
 from rodwnl.coefficients import landau
+from rodwnl.coexistence import periodic_orbits
 from rodwnl.collocation import chebyshev
+from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict_at
@@ -106,6 +111,53 @@ def test_close_to_the_threshold_it_follows_the_full_rod_through_the_transient():
     y = model.reconstruct(A, run.time)[1][:, -1]
     later = run.time > 0.05
     assert np.abs(y - run.tip_y)[later].max() < 0.01 * np.abs(y[later]).max()
+
+
+@pytest.mark.parametrize(
+    ("model", "values"),
+    [("metric_drag", (200, 1e4, 1e-4)), ("quartic", (200, 1e4, 1e-4)), ("distributed", (1e4, 1e4, 1e-4))],
+)
+def test_shapes_of_another_rod_part_from_its_orbit_with_the_next_order(model, values):
+    """y and θ with the third power of the amplitude, x and the axial force with the fourth."""
+    rod = RodParameters(*values, model=model)
+    c = landau(rod)[0]
+    law, tau = emitted_law(rod), 2 * np.pi * np.arange(16) / 16
+
+    def gaps(detuning: float) -> np.ndarray:
+        force = c.force * (1 + detuning)
+        cycle = periodic_orbits(rod, force).orbits[0].cycle
+        phase = np.angle(np.fft.rfft(cycle.shape(tau)[1][:, -1])[1])
+        reduced = reduced_model(rod, repr(force), c)
+        x, y, theta, F1 = reduced.reconstruct(
+            np.sqrt(c.A_tip2_slope * (force - c.force)) / 2 * np.exp(1j * tau), 0.0
+        )
+        full_x, full_y, full_theta = cycle.shape(tau - phase, reduced.u)
+        d = chebyshev(reduced.u.size - 1).first.T
+        cos, sin, x_u, y_u = np.cos(full_theta), np.sin(full_theta), full_x @ d, full_y @ d
+        stress = law.stress(cos * x_u + sin * y_u, cos * y_u - sin * x_u, full_theta @ d)[0]
+        pairs = ((x, full_x), (y, full_y), (theta, full_theta), (F1, stress))
+        return np.array([np.abs(a - b).max() for a, b in pairs])
+
+    orders = np.log2(gaps(2e-3) / gaps(1e-3)) * 2  # the amplitude squared is proportional to the detuning
+    np.testing.assert_allclose(orders, [4, 3, 3, 4], atol=0.1)
+
+
+def test_it_follows_another_rod_through_its_transient(capsys):
+    """From the perturbation to the settled beat, and in the command."""
+    rod = RodParameters(200, "1e4", "1e-4", model="metric_drag")
+    values = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
+    run = simulate(rod, "49.85", "0.15", "5e-3", rtol=1e-6)
+    model = reduced_model(rod, "49.85")
+    wave = 5e-3 * np.sin(np.pi * model.u / 2)
+    A = model.transient(model.amplitude(wave, wave), run.time)
+    y = model.reconstruct(A, run.time)[1][:, -1]
+    later = run.time > 0.05
+    assert np.abs(y - run.tip_y)[later].max() < 0.01 * np.abs(y[later]).max()
+    assert cli.run(["simulate", *values, "--force", "49.85", "--time", "0.15", "--reduced", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["model"] == "metric_drag"
+    full, reduced = (float(document[name]["growth"]) for name in ("simulation", "reduced_model"))
+    assert reduced == pytest.approx(full, rel=0.05)
 
 
 def test_a_rod_without_threshold_is_refused():

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from rodwnl.angleform import AngleForm, angle_form
 from rodwnl.cli import run
 from rodwnl.collocation import chebyshev, discretise
-from rodwnl.cycles import Rod
+from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.orbits import onset, orbit_at
 from rodwnl.parameters import RodParameters
@@ -155,10 +155,10 @@ def test_a_settled_run_lies_on_the_periodic_orbit(settled):
     threshold = hopf_thresholds(FIRST)[0]
     from rodwnl.branches import branch
 
-    rod = Rod(*FIRST.floats())
-    guess = branch(rod, threshold.force, threshold.omega, until=42.0).last
+    law = emitted_law(FIRST)
+    guess = branch(FIRST, threshold.force, threshold.omega, until=42.0).last
     orbit = orbit_at(guess, 42.0)
-    assert onset(rod, threshold.force, threshold.omega).point.X[-2] == pytest.approx(threshold.force)
+    assert onset(law, threshold.force, threshold.omega).point.X[-2] == pytest.approx(threshold.force)
     reading = settled.reading
     assert reading.state == "settled"
     assert reading.A_tip == pytest.approx(orbit.A_tip, rel=3e-6)

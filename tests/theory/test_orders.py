@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from rodwnl import RodParameters, amplitude_equation, branch, hopf_thresholds, periodic_orbits
-from rodwnl.cycles import Rod
 
 STIFF = RodParameters("1e4", "1e4", "1e-4")
 FORCES = (37.706, 37.756, 37.856)  # 0.05, 0.1 and 0.2 above the threshold
@@ -56,7 +55,7 @@ def test_predicted_fold_is_asymptotic_at_the_bautin_point():
         rod = RodParameters(k1, "1e4", "1e-4")
         _, upper = hopf_thresholds(rod)
         theory = amplitude_equation(rod, upper)
-        (fold,) = branch(Rod(*rod.floats()), upper.force, upper.omega, most_points=4).folds
+        (fold,) = branch(rod, upper.force, upper.omega, most_points=4).folds
         assert theory.fold is not None
         alphas.append(theory.coefficients["c210"].real)
         forces.append((theory.fold.force - fold.force) / (fold.force - upper.force))

@@ -86,8 +86,8 @@ def landau_batch(
 ) -> LandauBatch:
     """Every Hopf threshold of the leading eigenvalue up to max_force (default min(k1, 400)), with α and β.
 
-    k1, k2, gamma3, gamma1: of any shapes that broadcast. model: as of `RodParameters`, with its own parameters
-    by name in the same way, each its default unless it is given. A rod that cannot be computed, or whose
+    k1, k2, gamma3, gamma1: of any shapes that broadcast. model: as of `RodParameters`; its own parameters by
+    name in the same way, each its default unless it is given. A rod that cannot be computed, or whose
     parameters are not finite and positive (its own: finite), has the status FAILED and a reason; the others
     are not affected. A rod's numbers do not depend on the rods beside it. Where the straight rod is not
     uniform, under a load spread along it, every rod is computed by itself: about a second each. Raises
@@ -95,7 +95,9 @@ def landau_batch(
     does not have, and for a max_force that is not positive.
     """
     given = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}
-    given |= {name: own.get(name, float(default)) for name, default in own_values(model, dict.fromkeys(own, 1))}
+    given |= {
+        name: own.get(name, float(default)) for name, default in own_values(model, dict.fromkeys(own, 0))
+    }
     try:
         arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in given.values()))
     except (TypeError, ValueError) as error:
@@ -205,7 +207,7 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     for name in (*PER_THRESHOLD, "buckling_force"):
         getattr(out, name)[rod] = 0 if name == "crossing" else np.nan
     try:
-        one = RodParameters(**{name: float(v[rod]) for name, v in rods.values.items()}, model=rods.model)
+        one = rods.one(rod)
         search = hopf_thresholds(one, max_force)
         found = [(_exact if one.model == PLAIN else _collocated)(one, t) for t in search]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:

@@ -22,6 +22,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
 BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, not larger ones
+SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def characteristic(straight: StraightRod, lam: Any) -> Characteristic:
     An exponential e^{ru} has Θ/Y = q/r and contributes the stresses minus load s = S/r + S' and m = M/r + M'
     at the tip, where q, S, S', M, M' are even in r: functions of z = r², which obeys z² − s z + p = 0. The
     determinant of the four boundary conditions, by Laplace's rule on those at the clamp, is up to a factor
-    that never vanishes on the imaginary axis, with capital E_i = e^{−r_i} and indices of z1, z2,
+    that never vanishes on the imaginary axis, with E_i = e^{−r_i}
 
         λ(z1 − z2)² D e^{−r1−r2} = (1 + E1²)(1 + E2²) C − (1 − E1²)(1 − E2²) B − 4 E1E2 (q1 w2 + q2 w1) − A,
         C = q1 g1 + q2 g2,    B = (q1 g2 z2 + q2 g1 z1)/(r1 r2),
@@ -53,7 +54,8 @@ def characteristic(straight: StraightRod, lam: Any) -> Characteristic:
 
     and A, absent unless the tip conditions mix even and odd derivatives, as drag or a spring at the tip does,
 
-        A = (1 − E1²E2²) (q1 (a/r1 + b r2) − q2 (a/r2 + b r1)) + (E1² − E2²) (q1 (b r2 − a/r1) + q2 (b r1 − a/r2)),
+        A = (1 − E1²E2²) (q1 (a/r1 + b r2) − q2 (a/r2 + b r1))
+            + (E1² − E2²) (q1 (b r2 − a/r1) + q2 (b r1 − a/r2)),
         a = S1 M2 − S2 M1,    b = S1' M2' − S2' M1'.
 
     The roots z1 ≠ z2 are distinct on the imaginary axis (paper: eq:linearization).
@@ -123,6 +125,12 @@ def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     side = np.where((np.conj(value(s)) * value(root)).real > 0, 0.5, -0.5)
     larger = s * 0.5 + root * side
     return larger, p / larger
+
+
+def sign_at_rest(straight: StraightRod) -> Real:
+    """The sign of D(F, 0), which is real, for forces of any shape; at a small λ, as it is 0/0 there."""
+    D = characteristic(straight, np.full(np.shape(straight.force), SMALL + 0j))
+    return np.asarray(np.sign((D.scaled * np.exp(1j * D.turn)).real))
 
 
 def exponents(straight: StraightRod, omega: Real) -> Complex:

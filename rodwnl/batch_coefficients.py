@@ -79,8 +79,8 @@ class Coefficients:
 
     residual (m,): the largest of three relative defects: the boundary conditions of the mode and of the
     adjoint, of which three of four were used, and the law of the axial force P2 at the clamp, where it was
-    integrated to from the tip by the balance of forces. rounding (m,): estimated relative rounding error of α and β, from the
-    cancellation in their integrals.
+    integrated to from the tip by the balance of forces. rounding (m,): estimated relative rounding error of α
+    and β, from the cancellation in their integrals.
     """
 
     alpha: Complex
@@ -165,7 +165,10 @@ def _evaluate(
 
 @dataclass(frozen=True)
 class Correction:
-    """X0 or X2 of m rods by w = X'' in the basis, (m, N), and s = X'(1), (m, 1): X' = s − ∫ᵤ¹ w, X = s u − Tw."""
+    """X0 or X2 of m rods: w = X'' in the basis, (m, N), and s = X'(1), (m, 1).
+
+    X' = s − ∫ᵤ¹ w, X = s u − Tw.
+    """
 
     w: Complex
     s: Any
@@ -183,7 +186,9 @@ class Correction:
         return found
 
 
-def _second_order(straight: StraightRod, given: dict[str, Any], asked: set[str], nodes: Basis) -> dict[str, Any]:
+def _second_order(
+    straight: StraightRod, given: dict[str, Any], asked: set[str], nodes: Basis
+) -> dict[str, Any]:
     """X0 and X2 where they are asked for, and the tensions by the balance of forces: P = P(1) − ∫ᵤ¹ P'."""
     known: dict[str, Any] = {}
     for harmonic in (0, 2):
@@ -214,13 +219,15 @@ def _correction(straight: StraightRod, harmonic: int, given: dict[str, Any], nod
     return Correction(of_f + s * of_s, s, nodes)
 
 
-def _tension_defect(straight: StraightRod, given: dict[str, Any], clamp: dict[str, Any], nodes: Basis) -> Real:
+def _tension_defect(
+    straight: StraightRod, given: dict[str, Any], clamp: dict[str, Any], nodes: Basis
+) -> Real:
     """How far P2(0) = P2(1) − ∫P2' is from its law, beyond the rounding of the terms; relative to ∫|P2'|.
 
     At the clamp Y = Θ = X2 = 0 and X2'(0) = s − ∫X2''.
     """
     X2, K1 = given["correction"], np.ravel(straight("stretch_stiffness"))
-    slope = (X2.s - (X2.w @ nodes.total)[:, None])
+    slope = X2.s - (X2.w @ nodes.total)[:, None]
     law = straight("P2", **(given | clamp | {"Y": 0.0, "Theta": 0.0, "X2": 0.0, "u": 0.0, "X2_u": slope}))
     lack = np.abs(np.ravel(given["P2_tip"] - law) - given["P2_slope"] @ nodes.weights)
     noise = ROUNDING * EPS * K1 * (np.abs(X2.s)[:, 0] + np.abs(X2.w) @ np.abs(nodes.total))

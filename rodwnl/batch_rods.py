@@ -1,4 +1,4 @@
-"""Many rods of one emitted model: their parameters as arrays, and their straight states under arrays of forces.
+"""Many rods of one emitted model: parameters as arrays, and their straight states under arrays of forces.
 
 Only rods whose straight state is uniform: their linear problem has constant coefficients and modes that are
 exponentials, so the emitted functions broadcast over rods. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rodwnl import kernels
 from rodwnl.jets import NAMESPACE, Jet, value
-from rodwnl.parameters import PLAIN
+from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.straightrod import LEAST_STRETCH, StraightRod, arguments, assumptions, balanced_stretch
 
 Real = NDArray[np.float64]
@@ -37,6 +37,11 @@ class Rods:
     def __len__(self) -> int:
         return len(self.values["k1"])
 
+    def one(self, index: int) -> RodParameters:
+        """One of the rods, as the routes of a single rod take it."""
+        numbers: dict[str, Any] = {name: float(array[index]) for name, array in self.values.items()}
+        return RodParameters(model=self.model, **numbers)
+
     @property
     def functions(self) -> SimpleNamespace:
         return kernels.load(self.model)
@@ -47,7 +52,7 @@ class Rods:
         return hasattr(self.functions, "steady_X001_forcing")
 
     def at(self, force: Any) -> StraightRod:
-        """The straight rods under these forces, (n,) or Jets; ν is NaN where it is implicit and there is none.
+        """The straight rods under these forces, (n,) or Jets; an implicit ν is NaN where there is none.
 
         The derivatives of an implicit ν: one step of Newton's method with Jets from its value.
         """
@@ -73,7 +78,7 @@ def largest_forces(rods: Rods, asked: float) -> Real:
     break an assumption of the theory, as for one rod (`rodwnl.straightrod`).
     """
     if rods.model == PLAIN:
-        return np.minimum(rods.values["k1"], asked)
+        return np.asarray(np.minimum(rods.values["k1"], asked))
     high = np.full(len(rods), asked)
     low = np.where(_sound(rods, np.zeros(len(rods)), 0), 0.0, np.nan)
     reached = _sound(rods, high, LEAST_STRETCH)
@@ -94,4 +99,4 @@ def _sound(rods: Rods, force: Real, least: float) -> NDArray[np.bool_]:
     good = np.ones(len(rods), dtype=bool)
     for _, quantity, _ in assumptions(straight, 0.0):
         good &= np.real(quantity()) > 0
-    return good & (np.real(straight.stretch(0.0)[0]) >= least)
+    return np.asarray(good & (np.real(straight.stretch(0.0)[0]) >= least))

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
-from rodwnl.batch_characteristic import BLOCK, Complex, Real, characteristic, jet
+from rodwnl.batch_characteristic import BLOCK, Complex, Real, characteristic, jet, sign_at_rest
 from rodwnl.batch_rods import Rods
 from rodwnl.jets import Powers
 from rodwnl.jets import coefficients as by_power
@@ -97,7 +97,9 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     between = (seen.low[lost] < lam.imag) & (lam.imag < seen.high[lost])
     unstable, counted = lam.real > 0, seen.counted[lost]
     seen.unstable[lost] += np.where(between, 2 * (unstable.astype(int) - counted), 0)
-    meant = unstable | (seen.unstable[lost] == 0)  # else the pair lost is a stable one beside the unstable one
+    meant = unstable | (
+        seen.unstable[lost] == 0
+    )  # else the pair lost is a stable one beside the unstable one
     seen.guess[lost] = np.where(meant, lam, seen.other[lost])
     seen.near[lost] = meant | seen.other_near[lost]
     return Lines(rod, force, seen.unstable, seen.near, seen.guess)
@@ -136,10 +138,10 @@ def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[in
 
 
 def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
-    """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π an eigenvalue.
+    """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
-    D is real at ω = 0; where its sign there is not that of λ → ∞, which shows in an odd number, arg D begins
-    at π. The points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about
+    D is real at ω = 0; where it is negative there, a real eigenvalue has passed, and arg D begins at π. The
+    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about
     the rate at which a wave of number q decays. The plain rod has its thresholds near q = 3, its further
     crossings between 4 and 2√(μF/k2). Drag at the tip slows everything down: then lines begin further below.
     """
@@ -153,13 +155,13 @@ def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
     scaled = D.scaled
     turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
     start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
+    if rods.may_buckle:
+        start = start * sign_at_rest(straight)[:, 0]
     shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
-    odd = np.rint(shortfall / np.pi) % 2 == 1
-    shortfall = np.where(odd, shortfall + np.angle(start) - np.angle(-start), shortfall)
     unstable = np.rint(shortfall / np.pi)
     # far from a whole number: the line ends too early, or something overflowed
-    good = (np.abs(shortfall / np.pi - unstable) < WHOLE) & (rods.may_buckle | ~odd)
-    unstable = np.where(good, unstable, UNKNOWN).astype(int)
+    whole = np.abs(shortfall / np.pi - unstable) < WHOLE
+    unstable = np.where(whole, unstable, UNKNOWN).astype(int)
 
     def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
         """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
@@ -235,8 +237,8 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
 
     An interval between two lines is understood when the pair that might cross in it, followed from one end
     to the other, keeps its side by a margin or crosses once, and the counts at the ends say the same.
-    Otherwise it is halved. Where more than one pair, or a real eigenvalue, is unstable at both ends no pair is
-    followed.
+    Otherwise it is halved. Where more than one pair, or a real eigenvalue, is unstable at both ends no pair
+    is followed.
     """
     count = len(max_force)
     left, right = _first_intervals(rods, max_force)
@@ -249,7 +251,11 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
         left, right = left[~lost], right[~lost]
         decided, crossings = _decide(rods, left, right)
         found.append(crossings)
-        steady = decided & (np.minimum(left.unstable, right.unstable) == 0) & ((left.unstable + right.unstable) == 1)
+        steady = (
+            decided
+            & (np.minimum(left.unstable, right.unstable) == 0)
+            & ((left.unstable + right.unstable) == 1)
+        )
         np.fmin.at(buckling, left.rod[steady], (left.force + right.force)[steady] / 2)
         left, right = left[~decided], right[~decided]
         many = np.bincount(left.rod, minlength=count)[left.rod] > MOST_OPEN
@@ -264,7 +270,9 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     rod, force, omega, slope, residual = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.lexsort((force, rod))
     undecided = hopeless | set(left.rod.tolist())
-    return Crossings(rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling)
+    return Crossings(
+        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling
+    )
 
 
 def _first_intervals(rods: Rods, max_force: Real) -> tuple[Lines, Lines]:
@@ -280,7 +288,9 @@ def _first_intervals(rods: Rods, max_force: Real) -> tuple[Lines, Lines]:
         return joined([unloaded, loaded[: -count or None]]), loaded
     crossing, steady = steady_crossings(rods, max_force)
     which = np.concatenate([which, crossing, crossing])
-    force = np.concatenate([force, steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])])
+    force = np.concatenate(
+        [force, steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])]
+    )
     everything = joined([unloaded, lines(rods, which, force)])
     ordered = everything[np.lexsort((everything.force, everything.rod))]
     same = np.flatnonzero(ordered.rod[1:] == ordered.rod[:-1])
@@ -293,7 +303,9 @@ def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...
     crosses = (fewest == 0) & (most == 2)
     # An odd change belongs to a steady crossing, and its interval is narrow.
     narrow = right.force - left.force <= 3 * BESIDE * right.force
-    understood = np.where((most - fewest) % 2 == 1, narrow & ((fewest > 0) | (most == 1)), (fewest > 0) | (most < 4))
+    understood = np.where(
+        (most - fewest) % 2 == 1, narrow & ((fewest > 0) | (most == 1)), (fewest > 0) | (most < 4)
+    )
     lam, slope = np.full((2, len(most)), np.nan + 0j)
     for start, end in ((left, right), (right, left)):
         # The pair that crosses is followed from where it is unstable. Any other near the axis must be seen

@@ -119,7 +119,7 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
             open_ &= ~settled
             if not open_.any():
                 break
-            # Not beyond zero length, nor beyond the largest load that the rod can carry, where K1 changes sign.
+            # Not beyond zero length, nor beyond the largest load that the rod carries, where K1 changes sign.
             far = open_
             while np.any(far := far & _beyond(at, nu, step)):
                 step = np.where(far, step / 2, step)

@@ -163,9 +163,10 @@ def compute(
 def count(data: xarray.Dataset) -> dict[str, Any]:
     """Rods per region, and thresholds by kind of crossing and criticality.
 
-    Rods that buckle are a region of their own; of these and of those that failed no threshold is counted.
+    Rods that buckle are in none of the regions by the number of thresholds.
     """
-    regular = data.status.values < Status.FAILED
+    buckles = np.isfinite(data.buckling_force.values)
+    regular = ~buckles & (data.status.values != Status.FAILED)
     number, crossing, alpha = (
         data["count"].values,
         data.crossing.values * regular[..., None],
@@ -180,7 +181,8 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
     return {
         "rods": int(number.size),
         "regions": {name: int(np.sum(regular & (number == n))) for n, name in REGIONS.items()},
-        "buckle": int(np.sum(data.status.values == Status.BUCKLES)),
+        "buckle": int(np.sum(buckles & (number == 0))),
+        "buckle and flutter": int(np.sum(buckles & (number > 0))),
         "thresholds": {
             kind: {
                 "supercritical": int(np.sum(where & (alpha < 0))),

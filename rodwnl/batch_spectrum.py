@@ -32,7 +32,7 @@ Mask = NDArray[np.bool_]
 R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
-POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
+POINTS = (11, 16, 25)  # on a line, from q = 1 or less to at least 8
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
@@ -81,15 +81,15 @@ class Lines(Rows):
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
     here = rods[rod]
-    highest = _highest(here, force)
-    enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest)
+    lowest, highest = _range(here, force)
+    enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
     blocks = [
         (points, group[i : i + BLOCK // points])
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(here[part], force[part], highest[part], points) for points, part in blocks]
+    parts = [_phase(here[p], force[p], lowest[p], highest[p], points) for points, p in blocks]
     seen = joined(parts)[np.argsort(np.concatenate([part for _, part in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
@@ -125,10 +125,15 @@ class Phase(Rows):
     other_near: Mask
 
 
-def _highest(rods: Rods, force: Real) -> Real:
-    """The wave number at which a line ends: beyond it D is its dominant term."""
-    c4, c2, _ = _exponent_terms(rods.at(force))
-    return np.asarray(np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4)))
+def _range(rods: Rods, force: Real) -> tuple[Real, Real]:
+    """The wave numbers at which a line begins and ends: beyond D is its dominant term.
+
+    The plain rod has its thresholds near 3. Drag at the tip slows everything down.
+    """
+    straight = rods.at(force)
+    c4, c2, _ = _exponent_terms(straight)
+    highest = np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4))
+    return 1 / (1 + np.broadcast_to(_tip_drag(straight), force.shape)), highest
 
 
 def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[int, Any]]:
@@ -137,19 +142,17 @@ def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[in
     return c4, by_power(c2), by_power(c0)
 
 
-def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
+def _phase(rods: Rods, force: Real, lowest: Real, highest: Real, points: int) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
     D is real at ω = 0; where it is negative there, a real eigenvalue has passed, and arg D begins at π. The
-    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about
-    the rate at which a wave of number q decays. The plain rod has its thresholds near q = 3, its further
-    crossings between 4 and 2√(μF/k2). Drag at the tip slows everything down: then lines begin further below.
+    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about the rate
+    at which a wave of number q decays.
     """
     straight = rods[:, None].at(force[:, None])
     c4, c2, c0 = _exponent_terms(straight)
-    lowest = 1 / (1 + _tip_drag(straight))
-    steps = np.arange(points) / (points - 1)
-    q2 = np.exp(2 * (np.log(lowest) + np.log(highest[:, None] / lowest) * steps))
+    low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
+    q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
     omega = c4 * q2 * q2 / (c0[1] - q2 * c2[1])
     D = characteristic(straight, 1j * omega)
     scaled = D.scaled

@@ -94,11 +94,11 @@ class Equations:
         force, *omegas = np.exp(X[len(self.vary) :])
         return Rods(self.model, whole), force, np.array(omegas)
 
+    @np.errstate(all="ignore")
     def linearised(self, X: Real) -> tuple[Real, Real]:
         rods, force, omegas = self.at(X[:, None])
-        with np.errstate(all="ignore"):
-            if not (force[0] > 0 and stretch(rods, force)[0] > 0):
-                raise ConvergenceError(f"there is no straight rod at the force {force[0]:.6g} of an iterate")
+        if not (force[0] > 0 and stretch(rods, force)[0] > 0):
+            raise ConvergenceError(f"there is no straight rod at the force {force[0]:.6g} of an iterate")
         residuals, slopes = [], []
         for i, omega in enumerate(omegas):
             D, by = gradient(rods, self.vary, force, 1j * omega)
@@ -132,6 +132,7 @@ class Equations:
         number = c.alpha if kind == "bautin" else c.beta * force
         return float(c.rounding[0] * np.abs(number[0]) / omegas[0, 0])
 
+    @np.errstate(all="ignore")
     def coefficients(self, X: Real) -> Coefficients:
         """α and β of the first pair."""
         rods, force, omegas = self.at(X)
@@ -250,8 +251,7 @@ def special_point(
     system = equations(rod, units, kind)
     X = system.start(force, omega)
     for _ in range(2 * MOST_STEPS):
-        G, J = system.linearised(X)
-        step = np.linalg.solve(J, -G)
+        step, J = _newton_step(system, X)
         X = X + step * min(1, LONGEST_STEP / np.max(np.abs(step)))
         if np.max(np.abs(step)) < PLACED_ROUGHLY:
             c = system.coefficients(X[:, None])
@@ -259,6 +259,18 @@ def special_point(
             error = float(np.linalg.norm(np.linalg.inv(J) * noise, 2)) + PLACED
             return _record(system, kind, X, c, error)
     raise ConvergenceError(f"Newton's iteration for a {kind} point near force {force:.6g} did not settle")
+
+
+def _newton_step(system: Equations, X: Real) -> tuple[Real, Real]:
+    """Step and Jacobian, of as many equations as unknowns. Raises ConvergenceError where it is singular."""
+    G, J = system.linearised(X)
+    try:
+        step: Real = np.linalg.solve(J, -G)
+    except np.linalg.LinAlgError:
+        step = np.full_like(X, np.nan)
+    if not np.all(np.isfinite(step)):
+        raise ConvergenceError("Newton's iteration met a singular Jacobian")
+    return step, J
 
 
 def _reversed(point: Point) -> Point:
@@ -360,8 +372,7 @@ def _double(system: Equations, point: Point, omega: float) -> SpecialPoint | Non
     both = replace(system, pairs=2)
     X = np.append(point.X, np.log(nearest.imag))
     for _ in range(MOST_STEPS):
-        G, J = both.linearised(X)
-        step = np.linalg.solve(J, -G)
+        step, J = _newton_step(both, X)
         X = X + step
         if np.max(np.abs(step)) < PLACED:
             error = float(np.linalg.norm(np.linalg.inv(J), 2)) * 1e-15 + PLACED

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LABELS = {"k1": "stretch stiffness k1", "k2": "shear stiffness k2", "gamma3": "rotational drag γ3"}
 # colours told apart by hue and by lightness
 NONE, SUPER, SUB, ABSENT = "#e6e6e6", "#2a6f97", "#e8a33d", "#ffffff"
-BUCKLED = "#8a5a83"
+BUCKLED = ("#c9a9c4", "#7d4a75")
 SHADES = ("#e6e6e6", "#8fb8d0", "#2a6f97", "#123047", "#000000")
 LINES: dict[str, dict[str, Any]] = {
     "bautin": {"color": "#c8102e", "linestyle": "-"},
@@ -66,7 +66,10 @@ def draw(sheet: Sheet, path: Path) -> None:
         rod = "" if one.model == PLAIN else ", ".join(
             [f"rod {Path(one.model).name}", *(f"{n} = {v:g}" for n, v in sheet.own.items())]
         )  # fmt: skip
-        figure.suptitle(f"{rod}{'; ' if rod else ''}{fixed}; axial drag γ1 = 1/2; 0 < force < k1")
+        forces = "0 < force < k1" if one.model == PLAIN else "forces to the end of the straight rod"
+        figure.suptitle(
+            "; ".join(filter(None, [rod, fixed, "axial drag γ1 = 1/2", forces])), fontsize="medium"
+        )
         for kind, metadata in (("svg", {"Date": None}), ("png", None)):
             with replacing(path.with_name(f"{path.name}.{kind}")) as temporary:
                 figure.savefig(temporary, format=kind, metadata=metadata)
@@ -87,8 +90,8 @@ def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
     regions = tuple(REGIONS.get(n, f"{n} thresholds") for n in range(most + 1))
     shades = SHADES[: most + 1]
     if buckles.any():
-        number = np.where(buckles, most + 1, number)
-        regions, shades = (*regions, "buckles, maybe flutters too"), (*shades, BUCKLED)
+        number = np.where(buckles, most + 1 + (number > 0), number)
+        regions, shades = (*regions, "buckles", "buckles and flutters"), (*shades, *BUCKLED)
     return (
         Panel("Regions", number, shades, regions, {"closing": 0}),
         Panel("Lower threshold", lower, (NONE, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": 1}),

@@ -23,6 +23,7 @@ from rodwnl.parameters import RodParameters
 
 MOST_STEPS = 60
 SETTLED = 1e-15  # Newton step of ν after which only round-off is left
+CLOSE = 1e-8  # step after which the next one is shorter by far, but for round-off
 LEAST_STRETCH = 1e-3  # to which the search for thresholds goes: drag that follows the metric vanishes with ν
 ENDS = np.array([0.0, 1.0])  # what varies along the rod is monotonic: extremes are at its ends
 
@@ -110,11 +111,17 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
     open_ = np.ones(nu.shape, dtype=bool)
     with np.errstate(all="ignore"):
         balance, stiffness = at(nu)
+        last = np.full(nu.shape, np.inf)
         for _ in range(MOST_STEPS):
             open_ &= np.real(stiffness) > 0
             step = np.where(open_, balance / stiffness, 0)
-            # What the rounding of the balance, terms of the size of the force, does to ν.
-            settled = open_ & (np.abs(step) <= SETTLED * (1 + np.abs(values["force"]) / np.abs(stiffness)))
+            # What the rounding of the balance, terms of the size of the force, does to ν; where its terms are
+            # larger, the steps cease to shrink.
+            size = np.abs(step)
+            settled = open_ & (
+                (size <= SETTLED * (1 + np.abs(values["force"]) / np.abs(stiffness)))
+                | ((size < CLOSE) & (size > last / 4))
+            )
             found = np.where(settled, nu - step, found)
             open_ &= ~settled
             if not open_.any():
@@ -124,7 +131,7 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
             while np.any(far := far & _beyond(at, nu, step)):
                 step = np.where(far, step / 2, step)
                 far = far & (np.abs(step) > SETTLED)
-            nu = np.where(open_, nu - step, nu)
+            nu, last = np.where(open_, nu - step, nu), np.abs(step)
             balance, stiffness = at(nu)
     return found
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
 from rodwnl.batch_characteristic import BLOCK, Complex, Real, characteristic, jet, sign_at_rest
-from rodwnl.batch_rods import Rods
+from rodwnl.batch_rods import Rods, part
 from rodwnl.jets import Powers
 from rodwnl.jets import coefficients as by_power
 from rodwnl.straightrod import StraightRod
@@ -80,8 +80,8 @@ class Lines(Rows):
 
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
-    here = rods[rod]
-    lowest, highest = _range(here, force)
+    here = rods[rod].at(force)
+    lowest, highest = _range(here)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
     blocks = [
@@ -89,17 +89,16 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(here[p], force[p], lowest[p], highest[p], points) for points, p in blocks]
-    seen = joined(parts)[np.argsort(np.concatenate([part for _, part in blocks]))]
+    parts = [_phase(part(here, p), lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
+    seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
-    lam, _ = follow(here[lost], force[lost], seen.guess[lost])
+    lam, _ = follow(rods[rod[lost]], force[lost], seen.guess[lost])
     between = (seen.low[lost] < lam.imag) & (lam.imag < seen.high[lost])
     unstable, counted = lam.real > 0, seen.counted[lost]
     seen.unstable[lost] += np.where(between, 2 * (unstable.astype(int) - counted), 0)
-    meant = unstable | (
-        seen.unstable[lost] == 0
-    )  # else the pair lost is a stable one beside the unstable one
+    # else the pair lost is a stable one beside the unstable one
+    meant = unstable | (seen.unstable[lost] == 0)
     seen.guess[lost] = np.where(meant, lam, seen.other[lost])
     seen.near[lost] = meant | seen.other_near[lost]
     return Lines(rod, force, seen.unstable, seen.near, seen.guess)
@@ -125,15 +124,14 @@ class Phase(Rows):
     other_near: Mask
 
 
-def _range(rods: Rods, force: Real) -> tuple[Real, Real]:
+def _range(straight: StraightRod) -> tuple[Real, Real]:
     """The wave numbers at which a line begins and ends: beyond D is its dominant term.
 
     The plain rod has its thresholds near 3. Drag at the tip slows everything down.
     """
-    straight = rods.at(force)
     c4, c2, _ = _exponent_terms(straight)
     highest = np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4))
-    return 1 / (1 + np.broadcast_to(_tip_drag(straight), force.shape)), highest
+    return 1 / (1 + np.broadcast_to(_tip_drag(straight), straight.force.shape)), highest
 
 
 def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[int, Any]]:
@@ -142,14 +140,14 @@ def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[in
     return c4, by_power(c2), by_power(c0)
 
 
-def _phase(rods: Rods, force: Real, lowest: Real, highest: Real, points: int) -> Phase:
+def _phase(straight: StraightRod, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
     D is real at ω = 0; where it is negative there, a real eigenvalue has passed, and arg D begins at π. The
-    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about the rate
-    at which a wave of number q decays.
+    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about the
+    rate at which a wave of number q decays.
     """
-    straight = rods[:, None].at(force[:, None])
+    straight = part(straight, (slice(None), None))
     c4, c2, c0 = _exponent_terms(straight)
     low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
     q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
@@ -158,7 +156,7 @@ def _phase(rods: Rods, force: Real, lowest: Real, highest: Real, points: int) ->
     scaled = D.scaled
     turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
     start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
-    if rods.may_buckle:
+    if may_buckle:
         start = start * sign_at_rest(straight)[:, 0]
     shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
     unstable = np.rint(shortfall / np.pi)
@@ -171,7 +169,7 @@ def _phase(rods: Rods, force: Real, lowest: Real, highest: Real, points: int) ->
         before, after, low, high = (x[row, at + k] for x in (scaled, omega) for k in (0, 1))
         return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
 
-    row, sharpest = np.arange(len(force)), np.abs(turns).argmax(axis=1)
+    row, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=1)
     lost = np.abs(turns[row, sharpest]) > CLOSE
     at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
     guess, turn, low, high = turn_at(at)
@@ -270,7 +268,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
         left, right = joined([left, middle]), joined([middle, right])
     buckled = np.flatnonzero(np.isfinite(buckling))
     buckling[buckled] = settled(rods[buckled], buckling[buckled])
-    rod, force, omega, slope, residual = (np.concatenate(part) for part in zip(*found, strict=True))
+    rod, force, omega, slope, residual = (np.concatenate(x) for x in zip(*found, strict=True))
     order = np.lexsort((force, rod))
     undecided = hopeless | set(left.rod.tolist())
     return Crossings(

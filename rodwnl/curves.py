@@ -265,7 +265,7 @@ def _newton_step(system: Equations, X: Real) -> tuple[Real, Real]:
     """Step and Jacobian, of as many equations as unknowns. Raises ConvergenceError where it is singular."""
     G, J = system.linearised(X)
     try:
-        step: Real = np.linalg.solve(J, -G)
+        step = np.asarray(np.linalg.solve(J, -G), dtype=float)
     except np.linalg.LinAlgError:
         step = np.full_like(X, np.nan)
     if not np.all(np.isfinite(step)):

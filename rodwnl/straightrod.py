@@ -127,17 +127,17 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
             if not open_.any():
                 break
             # Not beyond zero length, nor beyond the largest load that the rod carries, where K1 changes sign.
-            far = open_
-            while np.any(far := far & _beyond(at, nu, step)):
+            while True:
+                balance, stiffness = at(nu - step)
+                far = (np.real(step) >= np.real(nu)) | ~(np.real(stiffness) > 0)
+                far &= open_
+                open_ &= ~(far & (np.abs(step) < CLOSE))  # the load is beyond the largest one
+                far &= open_
+                if not far.any():
+                    break
                 step = np.where(far, step / 2, step)
-                far = far & (np.abs(step) > SETTLED)
-            nu, last = np.where(open_, nu - step, nu), np.abs(step)
-            balance, stiffness = at(nu)
+            nu, last = nu - step, np.abs(step)
     return found
-
-
-def _beyond(at: Callable[[Any], tuple[Any, Any]], nu: Any, step: Any) -> NDArray[np.bool_]:
-    return np.asarray((np.real(step) >= np.real(nu)) | ~(np.real(at(nu - step)[1]) > 0))
 
 
 def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], Any], str], ...]:

@@ -426,16 +426,16 @@ def test_an_atlas_of_another_rod(tmp_path, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(atlas, "MAPS", atlas.MAPS[:1])
     out = tmp_path / "atlas"
-    options = ["--model", "partial-follower", "--parameter", "chi=0.45", "--points", "10", "--workers", "1"]
+    options = ["--model", "partial-follower", "--parameter", "chi=0.45", "--points", "6", "--workers", "1"]
     assert cli.run(["atlas", "--out", str(out), *options]) == 0
     name = atlas.MAPS[0].name
     summary = json.loads((out / "summary.json").read_text())
     assert (summary["model"], summary["parameters"]) == ("partial_follower", {"chi": 0.45})
     counts = summary["maps"][name]
-    assert sum(counts["regions"].values()) + counts["buckle"] + counts["buckle and flutter"] == 100
-    assert counts["buckle and flutter"] > 50
+    assert sum(counts["regions"].values()) + counts["buckle"] + counts["buckle and flutter"] == 36
+    assert counts["buckle and flutter"] > 15
     with xr.open_dataset(out / f"{name}.nc", engine="h5netcdf") as data:
-        here = data.isel(k1=9, k2=6)
+        here = data.isel(k1=5, k2=4)
         values = {"k1": float(here.k1), "k2": float(here.k2), "gamma3": "1e-4"}
         single = hopf_thresholds(RodParameters(**values, model="partial_follower", chi="0.45"))
         assert float(here.force[0]) == pytest.approx(single[0].force, rel=1e-9)

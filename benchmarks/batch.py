@@ -58,17 +58,16 @@ def ideal(rods: tuple[np.ndarray, ...]) -> float:
     calls = {"points": 0, "jets": 0, "nodes": 0, "matrix": 0.0}
     characteristic, jet, evaluate = spectrum.characteristic, spectrum.jet, nodes._evaluate
 
-    def counted(given: Any, force: Any, lam: Any) -> Any:
-        if isinstance(lam, np.ndarray):
-            calls["points"] += lam.size
-        return characteristic(given, force, lam)
+    def counted(given: Any, lam: Any) -> Any:
+        calls["points"] += lam.size
+        return characteristic(given, lam)
 
-    def counted_jet(given: Any, force: Any, lam: Any) -> Any:
+    def counted_jet(given: Any, lam: Any) -> Any:
         calls["jets"] += lam.size
-        return jet(given, force, lam)
+        return jet(given, lam)
 
     def counted_nodes(*arguments: Any) -> Any:
-        count, rods_here = len(arguments[-1].u), len(arguments[0])
+        count, rods_here = len(arguments[-1].u), len(arguments[1])
         calls["nodes"] += count * rods_here
         calls["matrix"] += 5 * 2 * rods_here * count * count  # real multiply-adds
         return evaluate(*arguments)

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, sign_at_rest
+from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem, problem_with_slopes, sign_at_rest
 from rodwnl.batch_rods import Rods
 
 FEWEST, MOST = 64, 1024  # samples per rod
@@ -29,7 +29,7 @@ def steady_crossings(rods: Rods, max_force: Real) -> tuple[NDArray[np.int_], Rea
     here = rods[rod]
     for _ in range(HALVINGS if rod.size else 0):
         middle = (low + high) / 2
-        same = sign_at_rest(here.at(middle)) == below
+        same = sign_at_rest(problem(here.at(middle))) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return rod, settled(here, (low + high) / 2)
 
@@ -51,7 +51,7 @@ def _bracketed(
 ) -> tuple[NDArray[np.int_], Real, Real, Real]:
     """Rod, both ends of an interval and the sign at the lower one, for every change of sign."""
     force = max_force[part, None] * np.linspace(0, 1, count) ** 2
-    sign = sign_at_rest(rods[part][:, None].at(force))
+    sign = sign_at_rest(problem(rods[part][:, None].at(force)))
     rod, at = np.nonzero(sign[:, 1:] * sign[:, :-1] < 0)
     return part[rod], force[rod, at], force[rod, at + 1], sign[rod, at]
 
@@ -61,6 +61,6 @@ def settled(rods: Rods, force: Real) -> Real:
     small = np.full(len(force), SMALL + 0j)
     for _ in range(STEPS):
         # D(F, SMALL) + D_F dF = D_λ SMALL
-        D, D_F, D_lam = jet(rods, force, small)
+        D, D_F, D_lam = jet(problem_with_slopes(rods, force), small)
         force = force + ((SMALL * D_lam - D) / D_F).real
     return force

@@ -25,22 +25,77 @@ BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, 
 SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
 
 
+RATE = 100  # Kronecker's substitution: λ = r^RATE, so that r^i λ^j is the power i + RATE j
+Terms = dict[int, dict[int, Any]]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The linear problem of straight rods as polynomials: real arrays, or Jets, as coefficients.
+
+    exponents: c4, c2, c0 of c4 r⁴ + c2 r² + c0 = 0, by powers of λ. clamp, shear, moment: what e^{ru} adds to
+    Θ(0) and to the stresses minus load at the tip over their stiffness, by powers of r, then of λ.
+    """
+
+    exponents: tuple[dict[int, Any], ...]
+    clamp: Terms
+    shear: Terms
+    moment: Terms
+
+    def __getitem__(self, which: Any) -> Problem:
+        """Of some of the rods, or of all in another shape."""
+        conditions = (
+            {i: _part(x, which) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment)
+        )
+        return Problem(tuple(_part(c, which) for c in self.exponents), *conditions)
+
+
+def _part(terms: dict[int, Any], which: Any) -> dict[int, Any]:
+    return {k: c[which] if isinstance(c, np.ndarray | Jet) else c for k, c in terms.items()}
+
+
+def problem(straight: StraightRod) -> Problem:
+    """The emitted formulas, called with r and λ as variables of polynomials."""
+    r, lam = Powers({1: 1}), Powers({RATE: 1})
+    _, *conditions = straight("boundary_column", r=r, exp_r=1, lam=lam)
+    exponents = (_by_r_and_lam(c)[0] for c in straight("exponent_polynomial", lam=lam))
+    return Problem(tuple(exponents), *map(_by_r_and_lam, conditions))
+
+
+def _by_r_and_lam(formula: Any) -> Terms:
+    terms: Terms = {}
+    for k, c in by_power(formula).items():
+        j = (k + RATE // 2) // RATE
+        terms.setdefault(k - RATE * j, {})[j] = c
+    return terms
+
+
+def _at(terms: dict[int, Any], lam: Any) -> Any:
+    """Σ c_k λ^k by Horner's rule."""
+    highest = max(terms)
+    total = terms[highest]
+    for k in range(highest - 1, -1, -1):
+        total = total * lam + terms[k] if k in terms else total * lam
+    return total
+
+
 @dataclass(frozen=True)
 class Characteristic:
-    """D e^{−r1−r2}; what dominates it for Re r1, Re r2 → ∞, before the division by spurious; Im(r1 + r2)."""
+    """D e^{−r1−r2} and Im(r1 + r2); C, B and λ(z1 − z2)² of its formula."""
 
     scaled: Any
-    leading: Any
-    spurious: Any
     turn: Any
+    clamped: Any
+    mixed: Any
+    spurious: Any
 
     @property
     def dominant(self) -> Any:
-        """At the last point of every line."""
-        return self.leading[..., -1] / self.spurious[..., -1]
+        """What dominates the scaled D for Re r1, Re r2 → ∞, at the last point of every line."""
+        return (self.clamped - self.mixed)[..., -1] / self.spurious[..., -1]
 
 
-def characteristic(straight: StraightRod, lam: Any) -> Characteristic:
+def characteristic(given: Problem, lam: Any) -> Characteristic:
     """D(F, λ), zero exactly at the eigenvalues, real on the real axis. Arrays or Jets.
 
     An exponential e^{ru} has Θ/Y = q/r and contributes the stresses minus load s = S/r + S' and m = M/r + M'
@@ -60,16 +115,15 @@ def characteristic(straight: StraightRod, lam: Any) -> Characteristic:
 
     The roots z1 ≠ z2 are distinct on the imaginary axis (paper: eq:linearization).
     """
-    c4, c2, c0 = straight("exponent_polynomial", lam=lam)
+    c4, c2, c0 = (_at(c, lam) for c in given.exponents)
     s, p = -c2 / c4, c0 / c4
     discriminant = s * s - 4 * p
     z = z1, z2 = _roots(s, p, discriminant)
     r1, r2 = sqrt(z1), sqrt(z2)
     e1, e2 = exp(-r1), exp(-r2)
-    _, clamp, shear, moment = straight("boundary_column", r=Powers({1: 1}), exp_r=1, lam=lam)
-    (q1, q2), _ = _parts(clamp, z)
-    (S1, S2), (S1_even, S2_even) = _parts(shear, z)
-    (M1, M2), (M1_even, M2_even) = _parts(moment, z)
+    (q1, q2), _ = _parts(given.clamp, z, lam)
+    (S1, S2), (S1_even, S2_even) = _parts(given.shear, z, lam)
+    (M1, M2), (M1_even, M2_even) = _parts(given.moment, z, lam)
     g1 = _minus(_times(S2, M1_even), _times(S1_even, M2))
     g2 = _minus(_times(S1, M2_even), _times(S2_even, M1))
     w1 = _minus(_times(S1, M1_even), _times(S1_even, M1))
@@ -79,24 +133,23 @@ def characteristic(straight: StraightRod, lam: Any) -> Characteristic:
     square1, square2 = e1 * e1, e2 * e2
     both, neither = square1 * square2 + 1, square1 + square2
     scaled = (both + neither) * clamped - (both - neither) * mixed - 4 * (e1 * e2 * (q1 * w2 + q2 * w1))
-    leading = clamped - mixed
     odd = _minus(_times(S1, M2), _times(S2, M1))
     even = _minus(_times(S1_even, M2_even), _times(S2_even, M1_even))
     if odd is not ABSENT or even is not ABSENT:
         same = q1 * (odd / r1 + even * r2) - q2 * (odd / r2 + even * r1)
         crossed = q1 * (even * r2 - odd / r1) + q2 * (even * r1 - odd / r2)
         scaled = scaled - same * (1 - square1 * square2) - crossed * (square1 - square2)
-        leading = leading - same
+        clamped = clamped - same  # it dominates too
     spurious = discriminant * lam
-    return Characteristic(scaled / spurious, leading, spurious, (value(r1) + value(r2)).imag)
+    return Characteristic(scaled / spurious, (value(r1) + value(r2)).imag, clamped, mixed, spurious)
 
 
 ABSENT = None  # what an emitted boundary condition does not contain
 
 
-def _parts(condition: Any, z: tuple[Any, Any]) -> tuple[list[Any], list[Any]]:
-    """What is odd in r, times r, and what is even, of Laurent polynomials in r; each at z1 and z2."""
-    terms = by_power(condition)
+def _parts(condition: Terms, z: tuple[Any, Any], lam: Any) -> tuple[list[Any], list[Any]]:
+    """What is odd in r, times r, and what is even; each at z1 and z2."""
+    terms = {k: _at(c, lam) for k, c in condition.items()}
     odd = {(k + 1) // 2: c for k, c in terms.items() if k % 2}
     even = {k // 2: c for k, c in terms.items() if k % 2 == 0}
     return [_polynomial(odd, x) for x in z], [_polynomial(even, x) for x in z]
@@ -127,9 +180,9 @@ def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     return larger, p / larger
 
 
-def sign_at_rest(straight: StraightRod) -> Real:
-    """The sign of D(F, 0), which is real, for forces of any shape; at a small λ, as it is 0/0 there."""
-    D = characteristic(straight, np.full(np.shape(straight.force), SMALL + 0j))
+def sign_at_rest(given: Problem) -> Real:
+    """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
+    D = characteristic(given, SMALL + 0j)
     return np.asarray(np.sign((D.scaled * np.exp(1j * D.turn)).real))
 
 
@@ -140,14 +193,18 @@ def exponents(straight: StraightRod, omega: Real) -> Complex:
     return np.asarray(np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1)))
 
 
-def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
-    """The scaled D and its derivatives: (D, D_F, D_λ)."""
+def problem_with_slopes(rods: Rods, force: Real) -> Problem:
+    """The problem of n rods at these forces as Jets in (F, λ)."""
+    return problem(rods.at(Jet(force, np.repeat(np.eye(2)[0][:, None], len(force), axis=1))))
+
+
+def jet(given: Problem, lam: Complex) -> tuple[Complex, Complex, Complex]:
+    """The scaled D and its derivatives, (D, D_F, D_λ), of a problem with slopes."""
     D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
-    by_force, by_lam = np.eye(2)[..., None]
+    by_lam = np.eye(2)[1][:, None]
     for i in range(0, len(lam), BLOCK // 4):
         part = slice(i, i + BLOCK // 4)
-        straight = rods[part].at(Jet(force[part], by_force))
-        found: Jet = characteristic(straight, Jet(lam[part], by_lam)).scaled
+        found: Jet = characteristic(given[part], Jet(lam[part], by_lam)).scaled
         D[part], D_F[part], D_lam[part] = found.value, found.slopes[0], found.slopes[1]
     return D, D_F, D_lam
 
@@ -157,5 +214,5 @@ def gradient(rods: Rods, names: Sequence[str], force: Real, lam: Complex) -> tup
     *units, by_force, by_lam = np.eye(len(names) + 2)[..., None]
     varied = {name: Jet(rods.values[name], unit) for name, unit in zip(names, units, strict=True)}
     straight = Rods(rods.model, {**rods.values, **varied}).at(Jet(force, by_force))
-    found: Jet = characteristic(straight, Jet(lam, by_lam)).scaled
+    found: Jet = characteristic(problem(straight), Jet(lam, by_lam)).scaled
     return found.value, found.slopes

@@ -66,12 +66,6 @@ class Rods:
         return StraightRod(functions, force, given)
 
 
-def part(straight: StraightRod, which: Any) -> StraightRod:
-    """Some of the straight rods, or all of them in another shape."""
-    values = {name: v[which] if isinstance(v, np.ndarray) else v for name, v in straight.values.items()}
-    return StraightRod(straight.functions, straight.force[which], values)
-
-
 def uniform(model: str) -> bool:
     """Whether the straight state of this rod is uniform, so that its modes are exponentials."""
     return hasattr(kernels.load(model), "exponent_polynomial")

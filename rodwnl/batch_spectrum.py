@@ -21,10 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
-from rodwnl.batch_characteristic import BLOCK, Complex, Real, characteristic, jet, sign_at_rest
-from rodwnl.batch_rods import Rods, part
-from rodwnl.jets import Powers
-from rodwnl.jets import coefficients as by_power
+from rodwnl.batch_characteristic import (
+    BLOCK,
+    Complex,
+    Problem,
+    Real,
+    characteristic,
+    jet,
+    problem,
+    problem_with_slopes,
+    sign_at_rest,
+)
+from rodwnl.batch_rods import Rods
 from rodwnl.straightrod import StraightRod
 
 Index = NDArray[np.int_]
@@ -80,8 +88,9 @@ class Lines(Rows):
 
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
-    here = rods[rod].at(force)
-    lowest, highest = _range(here)
+    straight = rods[rod].at(force)
+    here = problem(straight)
+    lowest, highest = _range(straight, here)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
     blocks = [
@@ -89,7 +98,7 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(part(here, p), lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
+    parts = [_phase(here[p, None], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
     seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
@@ -124,40 +133,33 @@ class Phase(Rows):
     other_near: Mask
 
 
-def _range(straight: StraightRod) -> tuple[Real, Real]:
+def _range(straight: StraightRod, given: Problem) -> tuple[Real, Real]:
     """The wave numbers at which a line begins and ends: beyond D is its dominant term.
 
     The plain rod has its thresholds near 3. Drag at the tip slows everything down.
     """
-    c4, c2, _ = _exponent_terms(straight)
-    highest = np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4))
+    c4, c2, _ = given.exponents
+    highest = np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4[0]))
     return 1 / (1 + np.broadcast_to(_tip_drag(straight), straight.force.shape)), highest
 
 
-def _exponent_terms(straight: StraightRod) -> tuple[Any, dict[int, Any], dict[int, Any]]:
-    """c4, and c2 and c0 by powers of λ, in c4 r⁴ + c2 r² + c0 = 0."""
-    c4, c2, c0 = straight("exponent_polynomial", lam=Powers({1: 1}))
-    return c4, by_power(c2), by_power(c0)
-
-
-def _phase(straight: StraightRod, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
+def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
     D is real at ω = 0; where it is negative there, a real eigenvalue has passed, and arg D begins at π. The
     points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about the
     rate at which a wave of number q decays.
     """
-    straight = part(straight, (slice(None), None))
-    c4, c2, c0 = _exponent_terms(straight)
+    c4, c2, c0 = given.exponents
     low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
     q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
-    omega = c4 * q2 * q2 / (c0[1] - q2 * c2[1])
-    D = characteristic(straight, 1j * omega)
+    omega = c4[0] * q2 * q2 / (c0[1] - q2 * c2[1])
+    D = characteristic(given, 1j * omega)
     scaled = D.scaled
     turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
     start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
     if may_buckle:
-        start = start * sign_at_rest(straight)[:, 0]
+        start = start * sign_at_rest(given)[:, 0]
     shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
     unstable = np.rint(shortfall / np.pi)
     # far from a whole number: the line ends too early, or something overflowed
@@ -191,9 +193,9 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
     """Roughly the eigenvalue near the guess at a force, and dλ/dF, by Newton's method; NaN if it is lost."""
     lam, slope = np.full((2, len(force)), np.nan + 0j)
     active = np.flatnonzero(_plausible(guess))
-    here = guess[active]
+    here, given = guess[active], problem_with_slopes(rods[active], force[active])
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(rods[active], force[active], here)
+        D, D_F, D_lam = jet(given, here)
         step = D / D_lam
         here = here - step
         # the error that is left is about step²/λ: it must not matter for the distance from the axis
@@ -201,7 +203,7 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
         settled = (error <= ROUGHLY * np.abs(here.real)) & (error <= ROUGHLY * np.abs(here))
         lam[active[settled]], slope[active[settled]] = here[settled], (-D_F / D_lam)[settled]
         going = ~settled & _plausible(here)
-        active, here = active[going], here[going]
+        active, here, given = active[going], here[going], given[going]
         if not active.size:
             break
     return lam, slope
@@ -362,7 +364,7 @@ def _crossings(
     omega, force, slope = (lam + first * slope).imag, force + first, slope.copy()
     residual, active = np.full(len(force), np.inf), np.arange(len(force))
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(rods[active], force[active], 1j * omega[active])
+        D, D_F, D_lam = jet(problem_with_slopes(rods[active], force[active]), 1j * omega[active])
         by_force, offset = -D_F / D_lam, D / D_lam
         step = offset.real / by_force.real
         turn = by_force.imag * step - offset.imag

@@ -22,6 +22,11 @@ class Jet:
     slopes: Any
     __array_ufunc__ = None  # array * jet is left to the jet
 
+    def __getitem__(self, which: Any) -> Jet:
+        """At some of the points."""
+        slopes = self.slopes[:, which] if self.slopes.shape[-1] > 1 else self.slopes
+        return Jet(self.value[which], slopes)
+
     def __add__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
             return Jet(self.value + other.value, self.slopes + other.slopes)

@@ -120,7 +120,8 @@ class RodParameters:
         if self.model != PLAIN:
             raise InputError(
                 f"{what} is made for the rod {PLAIN!r} (constant coefficients, modes known in closed form), "
-                f"not for {self.model_name!r}; `hopf`, `landau`, `predict`, `orbit`, `sweep` and `simulate` take any"
+                f"not for {self.model_name!r}; `hopf`, `landau`, `predict`, `orbit`, `sweep` and "
+                f"`simulate` take any"
             )
 
     @property

@@ -187,7 +187,7 @@ def test_closed_form_is_the_determinant():
     lam = force * (rng.normal(size=(2, 30)) + 1j * rng.uniform(1, 10, (2, 30)))
     ratios = []
     for z in lam:
-        D = closed.characteristic(straight, z)
+        D = closed.characteristic(closed.problem(straight), z)
         value, growth, _ = np.array(
             [
                 characteristic((a, b, c, 0.5), f, x)
@@ -205,7 +205,7 @@ def test_jets_are_derivatives():
     k1, k2, gamma3, _ = rods(20, 7)
     force, lam = np.minimum(k1, 400) / 3, 50 + 300j * np.ones(20)
     names = ("k1", "k2", "gamma3")
-    D, D_F, D_lam = closed.jet(batch_of(k1, k2, gamma3), force, lam)
+    D, D_F, D_lam = closed.jet(closed.problem_with_slopes(batch_of(k1, k2, gamma3), force), lam)
     same, slopes = closed.gradient(batch_of(k1, k2, gamma3), names, force, lam)
     np.testing.assert_allclose(D, same, rtol=1e-12)
     np.testing.assert_allclose([D_F, D_lam], slopes[3:], rtol=1e-12)
@@ -213,7 +213,10 @@ def test_jets_are_derivatives():
     for i, slope in enumerate(slopes):
         h = 1e-5 * arguments[i]
         ahead, back = ([a + s * h if j == i else a for j, a in enumerate(arguments)] for s in (1, -1))
-        values = [closed.characteristic(batch_of(*a[:3]).at(a[3]), a[4]).scaled for a in (ahead, back)]
+        values = [
+            closed.characteristic(closed.problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled
+            for a in (ahead, back)
+        ]
         np.testing.assert_allclose(
             slope * h, (values[0] - values[1]) / 2, atol=1e-7 * np.abs(D).max(), rtol=1e-5
         )
@@ -226,7 +229,7 @@ def test_eigenvalues_are_zeros():
     for force, lams, by_force in zip(forces, eigenvalues, slopes, strict=True):
         at = int(np.argmax(np.where(lams.imag > 0, lams.real, -np.inf)))
         one = batch_of(*parameters)
-        D, D_F, D_lam = closed.jet(one, np.array([force]), lams[[at]])
+        D, D_F, D_lam = closed.jet(closed.problem_with_slopes(one, np.array([force])), lams[[at]])
         assert abs(D / D_lam) < 1e-9 * abs(lams[at])
         assert -D_F / D_lam == pytest.approx(by_force[at], rel=1e-6)
         guess = lams[[at]] * (1 + 1e-2)

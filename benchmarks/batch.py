@@ -1,6 +1,7 @@
 """Rods per second: the batch, one rod at a time, and the discretised normal form; one BLAS thread.
 
     python benchmarks/batch.py [--rods 16384] [--single 60] [--jaxcont .peers/jaxcont/bin/python]
+    python benchmarks/batch.py --model quartic
 
 CPU seconds on the same random rods, k1 from 20 to 1e6, k2 from 5 to 1e6, gamma3 from 1e-6 to 1: thresholds
 found and α, β computed. The discretised normal form (exact directional derivatives, 33 Chebyshev points) and
@@ -25,6 +26,8 @@ from threadpoolctl import threadpool_limits
 from rodwnl import RodParameters, landau, landau_batch
 from rodwnl import batch_coefficients as nodes
 from rodwnl import batch_spectrum as spectrum
+from rodwnl.batch import Status
+from rodwnl.models import emitted
 from rodwnl.normalform import normal_form
 from rodwnl.strainform import follower
 
@@ -58,17 +61,16 @@ def ideal(rods: tuple[np.ndarray, ...]) -> float:
     calls = {"points": 0, "jets": 0, "nodes": 0, "matrix": 0.0}
     characteristic, jet, evaluate = spectrum.characteristic, spectrum.jet, nodes._evaluate
 
-    def counted(given: Any, force: Any, lam: Any) -> Any:
-        if isinstance(lam, np.ndarray):
-            calls["points"] += lam.size
-        return characteristic(given, force, lam)
+    def counted(given: Any, lam: Any) -> Any:
+        calls["points"] += lam.size
+        return characteristic(given, lam)
 
-    def counted_jet(given: Any, force: Any, lam: Any) -> Any:
+    def counted_jet(given: Any, lam: Any) -> Any:
         calls["jets"] += lam.size
-        return jet(given, force, lam)
+        return jet(given, lam)
 
     def counted_nodes(*arguments: Any) -> Any:
-        count, rods_here = len(arguments[-1].u), len(arguments[0])
+        count, rods_here = len(arguments[-1].u), len(arguments[1])
         calls["nodes"] += count * rods_here
         calls["matrix"] += 5 * 2 * rods_here * count * count  # real multiply-adds
         return evaluate(*arguments)
@@ -129,14 +131,18 @@ def main() -> None:
     parser.add_argument("--rods", type=int, default=16384)
     parser.add_argument("--single", type=int, default=60)
     parser.add_argument("--jaxcont", type=Path)
+    parser.add_argument("--model", default="follower", help="another rod: the batch alone, own defaults")
     arguments = parser.parse_args()
-    rods = sample(arguments.rods)
-    landau_batch(*(p[:2000] for p in rods))
-    seconds, found = timed(lambda: landau_batch(*rods))
+    rods, model = sample(arguments.rods), emitted(arguments.model)
+    landau_batch(*(p[:2000] for p in rods), model=model)
+    seconds, found = timed(lambda: landau_batch(*rods, model=model))
     per_rod = seconds / arguments.rods
     thresholds = int(found.count.sum())
     print(f"batch: {1 / per_rod:.0f} rods/s, {per_rod * 1e6:.1f} us a rod, {thresholds} thresholds")
-    print(f"  status: {np.bincount(found.status, minlength=4).tolist()} (found, none, escalated, failed)")
+    statuses = ", ".join(s.name.lower() for s in Status)
+    print(f"  status: {np.bincount(found.status, minlength=len(Status)).tolist()} ({statuses})")
+    if arguments.model != "follower":
+        return
     bound = ideal(rods)
     print(
         f"  these alone: {arguments.rods / bound:.0f} rods/s; "

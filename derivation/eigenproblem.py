@@ -59,8 +59,8 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
     ring = jet_ring(["r", "exp_r", "lam", *names], inverses=hierarchy.law.inverses)
     r, lam, e = ring["r"], ring["lam"], ring["exp_r"]
     unstarred = [adjoint.modes.ring.conjugate(row) for row in adjoint.operator]
-    y_row, theta_row = (_symbol(row, ring, ("Y", "Theta")) for row in adjoint.primal)
-    if [_symbol(row, ring, ("Psi_Y", "Psi_Theta")) for row in unstarred] != [y_row, theta_row]:
+    y_row, theta_row = (_symbol(row, ring, ("Y", "Theta"), lam) for row in adjoint.primal)
+    if [_symbol(row, ring, ("Psi_Y", "Psi_Theta"), lam) for row in unstarred] != [y_row, theta_row]:
         raise ArithmeticError(
             "the operator is not formally self-adjoint; its adjoint needs its own exponents"
         )
@@ -80,8 +80,8 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
     shear = letters.cancel(r * theta.denominator - ring["nu"] * theta.numerator, theta.denominator)
     one = Fraction(ring.one, ring.one)
 
-    def at_tip(p: PolyElement, shapes: tuple[str, str], adjoint: bool = False) -> Fraction:
-        a, b = _symbol(p, ring, shapes, adjoint)
+    def at_tip(p: PolyElement, shapes: tuple[str, str], rate: PolyElement = lam) -> Fraction:
+        a, b = _symbol(p, ring, shapes, rate)
         return letters.cancel(e * (a * theta.denominator + b * theta.numerator), theta.denominator)
 
     # Tip stresses divided by their stiffness: H(1) and Theta'(1) under the plain follower.
@@ -96,25 +96,22 @@ def eigenproblem(hierarchy: Hierarchy, adjoint: Adjoint) -> Eigenproblem:
         theta,
         shear,
         (one, theta, *tip),
-        (one, theta, *(at_tip(p, ("Psi_Y", "Psi_Theta"), adjoint=True) for p in adjoint.tip)),
+        # a load with drag: where lam stands for lambda^*, i omega is -lam
+        (one, theta, *(at_tip(p, ("Psi_Y", "Psi_Theta"), -lam) for p in adjoint.tip)),
     )
 
 
 def _symbol(
-    row: PolyElement, ring: JetRing, shapes: tuple[str, str], adjoint: bool = False
+    row: PolyElement, ring: JetRing, shapes: tuple[str, str], rate: PolyElement
 ) -> tuple[PolyElement, ...]:
-    """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes lambda.
-
-    In a row of the adjoint problem lambda stands for the conjugate, so there it is -i omega.
-    """
-    omega = (ring.i if adjoint else -ring.i) * ring["lam"]
+    """The symbol of a row of a constant-coefficient operator: d/du becomes r, i omega becomes the rate."""
     jets = {s + ("_" + "u" * k if k else ""): (s, ring["r"] ** k) for s in shapes for k in range(3)}
     entries = []
     for s in shapes:
         images = {}
         for g, symbol in zip(row.ring.gens, row.ring.symbols, strict=True):
             if symbol.name == "omega":
-                images[g] = omega
+                images[g] = -ring.i * rate
             elif symbol.name not in ring:
                 owner, power = jets.get(symbol.name, ("", ring.zero))
                 images[g] = power if owner == s else ring.zero

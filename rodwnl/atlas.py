@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodwnl.batch import landau_batch
+from rodwnl import kernels
+from rodwnl.batch import Status, landau_batch
 from rodwnl.batch_characteristic import Real
+from rodwnl.batch_rods import uniform
 from rodwnl.curves import Curve, Special, SpecialPoint, special_curve, special_point
-from rodwnl.errors import ComputationError
-from rodwnl.grids import Grid, grid
+from rodwnl.errors import ComputationError, InputError
+from rodwnl.grids import NAMES, Grid, grid
+from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.storage import replacing, require
 from rodwnl.sweep import Progress, sweep
 
@@ -45,17 +48,20 @@ PAPER = ((1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200.0, 1e4, 1e-4))
 
 @dataclass(frozen=True)
 class Map:
-    """A plane of two parameters, x and y, with the others fixed."""
+    """A plane of two parameters, x and y, with the others fixed; those of a model's own have their defaults
+    unless they are fixed too.
+    """
 
     name: str
     x: str
     y: str
-    fixed: dict[str, float]
+    fixed: Mapping[str, float]
+    model: str = PLAIN
 
     def grid(self, points: int) -> Grid:
         ranges = {"k1": K1, "k2": K2, "gamma3": GAMMA3}
         axes: dict[str, Any] = {n: {"log": [*ranges[n]], "points": points} for n in (self.x, self.y)}
-        return grid(axes | self.fixed | {"max_force": MAX_FORCE})
+        return grid(axes | dict(self.fixed) | {"max_force": MAX_FORCE}, self.model)
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
@@ -78,6 +84,11 @@ class Sheet:
     data: xarray.Dataset
     curves: tuple[tuple[Special, Curve], ...]
 
+    @property
+    def own(self) -> dict[str, float]:
+        """The values of the model's own parameters."""
+        return {name: float(self.data[name]) for name in kernels.own_parameters(self.map.model)}
+
 
 @dataclass(frozen=True)
 class Witness:
@@ -97,25 +108,42 @@ class Witness:
 
 
 def make(
-    folder: Path, points: int = POINTS, workers: int | None = None, watch: Callable[[str], None] = print
+    folder: Path,
+    points: int = POINTS,
+    workers: int | None = None,
+    watch: Callable[[str], None] = print,
+    model: str = PLAIN,
+    own: Mapping[str, float] | None = None,
 ) -> None:
-    """Compute all maps into the folder: data (.nc), curves (.csv), figures (.svg, .png), and summary.json."""
+    """Compute all maps into the folder: data (.nc), curves (.csv), figures (.svg, .png), and summary.json.
+
+    Of another model than the plain one, with these values of its own parameters; branches of orbits are
+    followed for the plain rod alone. Raises InputError for a rod whose straight state is not uniform.
+    """
     from rodwnl.maps import draw
 
+    if not uniform(model):
+        raise InputError(
+            f"an atlas needs coefficients that are constant along the rod, which they are not under the load "
+            f"of {Path(model).name!r}; `rodwnl sweep` takes it, rod by rod"
+        )
+    maps = [replace(one, fixed=dict(one.fixed) | dict(own or {}), model=model) for one in MAPS]
+    maps[0].grid(2)  # refuses what is wrong before anything is written
     folder.mkdir(parents=True, exist_ok=True)
     sheets = []
-    for one in MAPS:
+    for one in maps:
         watch(f"computing {one.name}")
         sheets.append(compute(one, folder, points, workers))
     for sheet in sheets:
         watch(f"drawing {sheet.map.name}")
         _write_curves(sheet, folder / f"{sheet.map.name}.csv")
         draw(sheet, folder / sheet.map.name)
-    watch("following branches of orbits")
-    summary = {
-        "maps": {s.map.name: count(s.data) for s in sheets},
-        "witnesses": [vars(w) for w in witnesses()],
-    }
+    summary: dict[str, Any] = {"maps": {s.map.name: count(s.data) for s in sheets}}
+    if model == PLAIN:
+        watch("following branches of orbits")
+        summary["witnesses"] = [vars(w) for w in witnesses()]
+    else:
+        summary |= {"model": Path(model).name, "parameters": sheets[0].own}
     with replacing(folder / "summary.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1), encoding="utf-8")
 
@@ -133,8 +161,17 @@ def compute(
 
 
 def count(data: xarray.Dataset) -> dict[str, Any]:
-    """Rods per region, and thresholds by kind of crossing and criticality."""
-    number, crossing, alpha = data["count"].values, data.crossing.values, data.alpha_re.values
+    """Rods per region, and thresholds by kind of crossing and criticality.
+
+    Rods that buckle are in none of the regions by the number of thresholds.
+    """
+    buckles = np.isfinite(data.buckling_force.values)
+    regular = ~buckles & (data.status.values != Status.FAILED)
+    number, crossing, alpha = (
+        data["count"].values,
+        data.crossing.values * regular[..., None],
+        data.alpha_re.values,
+    )
     order = np.cumsum(crossing == 1, axis=-1)  # 1: up to the second destabilizing crossing
     kinds = {
         "lower": (crossing == 1) & (order == 1),
@@ -143,7 +180,9 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
     }
     return {
         "rods": int(number.size),
-        "regions": {name: int(np.sum(number == n)) for n, name in REGIONS.items()},
+        "regions": {name: int(np.sum(regular & (number == n))) for n, name in REGIONS.items()},
+        "buckle": int(np.sum(buckles & (number == 0))),
+        "buckle and flutter": int(np.sum(buckles & (number > 0))),
         "thresholds": {
             kind: {
                 "supercritical": int(np.sum(where & (alpha < 0))),
@@ -151,7 +190,7 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
             }
             for kind, where in kinds.items()
         },
-        "failed": int(np.sum(data.status.values == 3)),
+        "failed": int(np.sum(data.status.values == Status.FAILED)),
     }
 
 
@@ -172,17 +211,13 @@ def special_curves(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, Cu
         if len(known[kind]) >= MOST_CURVES:
             return
         try:
-            point = special_point(
-                kind, (rod["k1"], rod["k2"], rod["gamma3"], rod["gamma1"]), one.x, force, omega
-            )
+            at = RodParameters(model=one.model, **rod)  # type: ignore[arg-type]
+            point = special_point(kind, at, {one.x: None}, force, omega)
         except ComputationError:
             continue
         for curve in _both_ways(point, one):
             yield kind, curve
-            known[kind].append(np.log(curve.rods[[_INDEX[one.x], _INDEX[one.y]]]))
-
-
-_INDEX = {"k1": 0, "k2": 1, "gamma3": 2, "gamma1": 3}
+            known[kind].append(np.log([curve.rods[one.x], curve.rods[one.y]]))
 
 
 def _spacing(data: xarray.Dataset, one: Map) -> float:
@@ -194,7 +229,8 @@ def _changes(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, dict[str
 
     There Re α changes its sign at a threshold, or two thresholds vanish.
     """
-    rods = {n: float(data[n]) if data[n].ndim == 0 else np.nan for n in ("k1", "k2", "gamma3", "gamma1")}
+    names = (*NAMES, *kernels.own_parameters(one.model))
+    rods = {n: float(data[n]) if data[n].ndim == 0 else np.nan for n in names}
     number, force, omega, alpha = (
         data[n].transpose(one.x, one.y, ...).values for n in ("count", "force", "omega", "alpha_re")
     )
@@ -227,7 +263,7 @@ def _changes(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, dict[str
 
 def _both_ways(point: SpecialPoint, one: Map) -> Iterator[Curve]:
     for stop in one.limits[one.y]:
-        if not np.isclose(stop, point.rod[_INDEX[one.y]], rtol=1e-6):
+        if not np.isclose(stop, point.rod[one.y], rtol=1e-6):
             try:
                 yield special_curve(point, (one.x, one.y), stop)
             except ComputationError:
@@ -235,25 +271,14 @@ def _both_ways(point: SpecialPoint, one: Map) -> Iterator[Curve]:
 
 
 def _write_curves(sheet: Sheet, path: Path) -> None:
-    header = [
-        "type",
-        "curve",
-        "k1",
-        "k2",
-        "gamma3",
-        "gamma1",
-        "force",
-        "omega",
-        "alpha_re",
-        "alpha_im",
-        "beta_re",
-        "beta_im",
-    ]
+    names = (*NAMES, *sheet.own)
+    numbers = ("force", "omega", "alpha_re", "alpha_im", "beta_re", "beta_im")
     with replacing(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(header)
+        writer.writerow(["type", "curve", *names, *numbers])
         for i, (kind, c) in enumerate(sheet.curves):
-            columns = (*c.rods, c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag)
+            of_rods = (c.rods[name] for name in names)
+            columns = (*of_rods, c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag)
             writer.writerows(
                 [kind, i, *map(repr, row)] for row in zip(*(x.tolist() for x in columns), strict=True)
             )

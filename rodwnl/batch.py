@@ -1,15 +1,15 @@
 """Thresholds and Landau coefficients of many rods at once, with a status for each rod.
 
 The numbers are those of `rodwnl.landau`, to a relative error of 1e-9; the work is done by
-`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what float64 cannot settle goes to the exact
-route, rod by rod.
+`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what these cannot settle goes to the route of a
+single rod, one by one: in exact arithmetic for the plain rod.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,16 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 from rodwnl import kernels
 from rodwnl.batch_characteristic import Complex, Real
 from rodwnl.batch_coefficients import EPS, coefficients
+from rodwnl.batch_rods import Rods, largest_forces, uniform
 from rodwnl.batch_spectrum import thresholds
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import PLAIN, RodParameters, own_values
+
+if TYPE_CHECKING:
+    from rodwnl.spectrum import HopfThreshold
 
 DEFAULT_MAX_FORCE = 400.0
 MOST = 4  # thresholds of a rod that are kept
 ACCURACY = 1e-9  # relative, of every number given out
 CHUNK = 8192  # rods: the memory used does not grow with their number
 ESCALATED_DIGITS, ACCURACY_OF_EXACT = 40, 1e-12  # working digits of the exact route, and what they must leave
-PER_ROD = ("status", "count")
+BASIC = ("k1", "k2", "gamma3", "gamma1")
+PER_ROD = ("status", "count", "buckling_force")
 PER_THRESHOLD = (
     "force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope", "crossing", "residual", "error",
 )  # fmt: skip
@@ -37,8 +42,9 @@ class Status(IntEnum):
 
     FOUND = 0  # thresholds with their coefficients, in float64
     NONE = 1  # no threshold in the range searched
-    ESCALATED = 2  # found, with more digits than float64 has
+    ESCALATED = 2  # found, by the route of a single rod, which takes longer
     FAILED = 3  # see `reasons`
+    BUCKLES = 4  # a real eigenvalue crosses, at `buckling_force`; beside it there may be thresholds
 
 
 @dataclass(frozen=True)
@@ -49,11 +55,13 @@ class LandauBatch:
     0). force, omega, alpha, beta, A_tip2_slope, omega_slope: as in `LandauCoefficients`, dimensionless.
     crossing: +1 destabilizing, −1 restabilizing. residual: the largest of |β − dλ/dF|/|β|, with dλ/dF from
     the characteristic function, and the defects of boundary conditions and force balance. error: estimated
-    relative error of α and β. reasons: flat index of a rod that failed -> why.
+    relative error of α and β. buckling_force: S; where the leading eigenvalue first crosses at 0, or NaN.
+    reasons: flat index of a rod that failed -> why.
     """
 
     status: NDArray[np.int8]
     count: NDArray[np.int8]
+    buckling_force: Real
     force: Real
     omega: Real
     alpha: Complex
@@ -67,26 +75,40 @@ class LandauBatch:
 
 
 def landau_batch(
-    k1: ArrayLike, k2: ArrayLike, gamma3: ArrayLike, gamma1: ArrayLike = 0.5, max_force: float | None = None
+    k1: ArrayLike,
+    k2: ArrayLike,
+    gamma3: ArrayLike,
+    gamma1: ArrayLike = 0.5,
+    max_force: float | None = None,
+    *,
+    model: str = PLAIN,
+    **own: ArrayLike,
 ) -> LandauBatch:
     """Every Hopf threshold of the leading eigenvalue up to max_force (default min(k1, 400)), with α and β.
 
-    k1, k2, gamma3, gamma1: of any shapes that broadcast. A rod that cannot be computed, or whose parameters
-    are not finite and positive, has the status FAILED and a reason; the others are not affected. A rod's
-    numbers do not depend on the rods beside it. Raises InputError for shapes that do not broadcast, for
-    what are not real numbers, and for a max_force that is not positive.
+    k1, k2, gamma3, gamma1: of any shapes that broadcast. model: as of `RodParameters`; its own parameters by
+    name in the same way, each its default unless it is given. A rod that cannot be computed, or whose
+    parameters are not finite and positive (its own: finite), has the status FAILED and a reason; the others
+    are not affected. A rod's numbers do not depend on the rods beside it. Where the straight rod is not
+    uniform, under a load spread along it, every rod is computed by itself: about a second each. Raises
+    InputError for shapes that do not broadcast, for what are not real numbers, for a parameter that the model
+    does not have, and for a max_force that is not positive.
     """
+    given = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}
+    given |= {
+        name: own.get(name, float(default)) for name, default in own_values(model, dict.fromkeys(own, 0))
+    }
     try:
-        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (k1, k2, gamma3, gamma1)))
+        arrays = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in given.values()))
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"k1, k2, gamma3, gamma1 must be arrays of real numbers that broadcast: {error}"
+            f"{', '.join(given)} must be arrays of real numbers that broadcast: {error}"
         ) from None
     if max_force is not None and not 0 < max_force < np.inf:
         raise InputError(f"max_force is {max_force}, but it must be positive and finite")
-    flat = tuple(np.ravel(x) for x in arrays)
-    chunks = [slice(i, i + CHUNK) for i in range(0, flat[0].size, CHUNK)] or [slice(0)]
-    parts = [_chunk((flat[0][p], flat[1][p], flat[2][p], flat[3][p]), max_force) for p in chunks]
+    rods = Rods(model, dict(zip(given, (np.ravel(x) for x in arrays), strict=True)))
+    chunks = [slice(i, i + CHUNK) for i in range(0, len(rods), CHUNK)] or [slice(0)]
+    parts = [_chunk(rods[p], max_force) for p in chunks]
     reasons = {
         part.start + i: why for part, got in zip(chunks, parts, strict=True) for i, why in got.reasons.items()
     }
@@ -101,23 +123,26 @@ def landau_batch(
     )
 
 
-def _chunk(parameters: tuple[Real, Real, Real, Real], max_force: float | None) -> LandauBatch:
-    """`landau_batch` for a chunk of rods of shape (n,)."""
-    out = _empty(len(parameters[0]))
-    usable = np.all([np.isfinite(p) & (p > 0) for p in parameters], axis=0)
-    for i in np.flatnonzero(~usable).tolist():
-        _refuse(out, i, "k1, k2, gamma3, gamma1 must be finite and positive")
-    rods = np.flatnonzero(usable)
-    if not rods.size:
+def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
+    """`landau_batch` for a chunk of rods."""
+    out = _empty(len(everything))
+    usable = _usable(everything, out)
+    if not uniform(everything.model):
+        for i in usable.tolist():
+            _escalate(out, i, everything, max_force)
         return out
-    k1, k2, gamma3, gamma1 = (p[rods] for p in parameters)
-    # What is not finite is found below by tests that it fails, and goes to the exact route.
+    asked = DEFAULT_MAX_FORCE if max_force is None else max_force
+    # What is not finite is found below by tests that it fails, and goes to the route of a single rod.
     with np.errstate(all="ignore"):
-        upper = np.minimum(k1, DEFAULT_MAX_FORCE if max_force is None else max_force)
-        found = thresholds((k1, k2, gamma3), upper)
-        c = coefficients(
-            (k1[found.rod], k2[found.rod], gamma3[found.rod], gamma1[found.rod]), found.force, found.omega
-        )
+        upper = largest_forces(everything[usable], asked)
+        for i in usable[np.isnan(upper)].tolist():
+            _escalate(out, i, everything, max_force)  # for the reason
+        which, upper = usable[np.isfinite(upper)], upper[np.isfinite(upper)]
+        if not which.size:
+            return out
+        rods = everything[which]
+        found = thresholds(rods, upper)
+        c = coefficients(rods[found.rod], found.force, found.omega)
         values = {
             "force": found.force, "omega": found.omega, "alpha": c.alpha, "beta": c.beta,
             "A_tip2_slope": kernels.tip_amplitude_squared_slope(c.alpha.real, c.beta.real),
@@ -132,12 +157,27 @@ def _chunk(parameters: tuple[Real, Real, Real, Real], max_force: float | None) -
     doubtful = found.undecided | set(found.rod[~good].tolist()) | set(np.flatnonzero(count > MOST).tolist())
     keep = ~np.isin(found.rod, list(doubtful))
     for name, value in values.items():
-        getattr(out, name)[rods[found.rod[keep]], number[keep]] = value[keep]
-    out.count[rods] = np.where(count > MOST, 0, count)
-    out.status[rods] = np.where(count > 0, Status.FOUND, Status.NONE)
+        getattr(out, name)[which[found.rod[keep]], number[keep]] = value[keep]
+    out.count[which] = np.where(count > MOST, 0, count)
+    out.status[which] = np.where(count > 0, Status.FOUND, Status.NONE)
+    out.buckling_force[which] = found.buckling
+    out.status[which[np.isfinite(found.buckling)]] = Status.BUCKLES
     for i in sorted(doubtful):
-        _escalate(out, int(rods[i]), [float(p[rods[i]]) for p in parameters], max_force)
+        _escalate(out, int(which[i]), everything, max_force)
     return out
+
+
+def _usable(rods: Rods, out: LandauBatch) -> NDArray[np.int_]:
+    """Indices of the rods whose parameters are in order; the others fail."""
+    good = np.ones(len(rods), dtype=bool)
+    for name, values in rods.values.items():
+        own = name not in BASIC
+        bad = good & ~(np.isfinite(values) & (own | (values > 0)))
+        why = f"{name} must be finite" if own else f"{', '.join(BASIC)} must be finite and positive"
+        for i in np.flatnonzero(bad).tolist():
+            _refuse(out, i, why)
+        good &= ~bad
+    return np.flatnonzero(good)
 
 
 def _empty(count: int) -> LandauBatch:
@@ -146,6 +186,7 @@ def _empty(count: int) -> LandauBatch:
 
     return LandauBatch(
         status=np.zeros(count, dtype=np.int8), count=np.zeros(count, dtype=np.int8),
+        buckling_force=np.full(count, np.nan),
         force=blank(float), omega=blank(float), alpha=blank(complex), beta=blank(complex),
         A_tip2_slope=blank(float), omega_slope=blank(float),
         crossing=np.zeros((count, MOST), dtype=np.int8),
@@ -157,14 +198,18 @@ def _refuse(out: LandauBatch, rod: int, why: str) -> None:
     out.status[rod], out.count[rod], out.reasons[rod] = Status.FAILED, 0, why
 
 
-def _escalate(out: LandauBatch, rod: int, parameters: list[float], max_force: float | None) -> None:
-    """Compute one rod by itself: thresholds from the spectrum, coefficients in exact arithmetic."""
+def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -> None:
+    """Compute one rod by itself: thresholds from the spectrum; coefficients of the plain rod in exact
+    arithmetic, of others by spectral integration.
+    """
     from rodwnl.spectrum import hopf_thresholds
 
+    for name in (*PER_THRESHOLD, "buckling_force"):
+        getattr(out, name)[rod] = 0 if name == "crossing" else np.nan
     try:
-        one = RodParameters(*parameters)
+        one = rods.one(rod)
         search = hopf_thresholds(one, max_force)
-        found = [_exact(one, t.force, t.omega) for t in search]
+        found = [(_exact if one.model == PLAIN else _collocated)(one, t) for t in search]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return
@@ -172,22 +217,34 @@ def _escalate(out: LandauBatch, rod: int, parameters: list[float], max_force: fl
         _refuse(out, rod, f"it has {len(found)} thresholds, more than the {MOST} that are kept")
         return
     out.status[rod], out.count[rod] = Status.ESCALATED if found else Status.NONE, len(found)
-    for i, (c, threshold) in enumerate(zip(found, search, strict=True)):
-        alpha, beta = complex(c.alpha), complex(c.beta)
-        out.force[rod, i], out.omega[rod, i], out.alpha[rod, i], out.beta[rod, i] = (
-            c.force,
-            c.omega,
-            alpha,
-            beta,
+    if search.steady:
+        out.status[rod], out.buckling_force[rod] = Status.BUCKLES, search.steady[0].force
+    for i, (threshold, values) in enumerate(zip(search, found, strict=True)):
+        alpha, beta = values["alpha"], values["beta"]
+        values["A_tip2_slope"] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
+        values["omega_slope"] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)
+        values["crossing"] = 1 if threshold.crossing == "destabilizing" else -1
+        values["residual"] = abs(beta - threshold.slope) / abs(beta)
+        for name, number in values.items():
+            getattr(out, name)[rod, i] = number
+
+
+def _collocated(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
+    """By spectral integration, as `landau` does for this rod; the error is its own estimate."""
+    from rodwnl.coefficients import ENOUGH, landau_at
+
+    c = landau_at(rod, threshold)
+    if c.digits < ENOUGH:
+        raise ComputationError(
+            f"float64 gives only {max(c.digits, 0):.0f} digits near force {threshold.force:.6g}"
         )
-        out.A_tip2_slope[rod, i] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
-        out.omega_slope[rod, i] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)
-        out.crossing[rod, i] = 1 if threshold.crossing == "destabilizing" else -1
-        out.residual[rod, i] = abs(beta - threshold.slope) / abs(beta)
-        out.error[rod, i] = max(float(max(c.residuals.values())), EPS)
+    return {
+        "force": c.force, "omega": c.omega, "alpha": c.alpha, "beta": c.beta,
+        "error": max(c.alpha_error / abs(c.alpha), c.beta_error / abs(c.beta)),
+    }  # fmt: skip
 
 
-def _exact(rod: RodParameters, force: float, omega: float) -> Any:
+def _exact(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
     """α and β with ESCALATED_DIGITS; the residuals compare two routes to each and must be small."""
     import mpmath as mp
 
@@ -195,6 +252,7 @@ def _exact(rod: RodParameters, force: float, omega: float) -> Any:
     from rodwnl.closedform import critical_state
     from rodwnl.exact import MpNumbers, refine_threshold
 
+    force, omega = threshold.force, threshold.omega
     with mp.workdps(ESCALATED_DIGITS):
         at = refine_threshold(rod, mp.mpf(force), mp.mpf(omega))
         found = in_closed_form(critical_state(rod, *at, MpNumbers()))
@@ -204,4 +262,8 @@ def _exact(rod: RodParameters, force: float, omega: float) -> Any:
                 f"{ESCALATED_DIGITS} digits are not enough near force {force:.6g} "
                 f"(residual {mp.nstr(worst, 2)}); compute this rod by itself, with --digits"
             )
-        return found
+    return {
+        "force": float(found.force), "omega": float(found.omega),
+        "alpha": complex(found.alpha), "beta": complex(found.beta),
+        "error": max(float(worst), EPS),
+    }  # fmt: skip

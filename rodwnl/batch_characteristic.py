@@ -1,166 +1,218 @@
 """The closed characteristic function of many straight rods at once, with analytic derivatives.
 
-Arrays of one shape throughout. Lengths in L, times in γ2 L⁴/k3, forces in k3/L²; ν = 1 − F/k1, μ = k2 ν + F.
+Everything specific to a model comes from its emitted functions: the polynomial of the exponents, and what one
+exponential contributes to the boundary conditions. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl import kernels
+from rodwnl.batch_rods import Rods
+from rodwnl.jets import Jet, Powers, exp, sqrt, value
+from rodwnl.jets import coefficients as by_power
+from rodwnl.straightrod import StraightRod
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
-Rods = tuple[Any, Any, Any]  # k1, k2, gamma3: arrays, or jets
 
 BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, not larger ones
+SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
 
 
-@dataclass(frozen=True, slots=True)
-class Jet:
-    """A function of some variables, such as F and λ, at n points: value (n,) and slopes (variables, n)."""
-
-    value: Any
-    slopes: Any
-    __array_ufunc__ = None  # array * jet is left to the jet
-
-    def __add__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value + other.value, self.slopes + other.slopes)
-        return Jet(self.value + other, self.slopes)
-
-    def __neg__(self) -> Jet:
-        return Jet(-self.value, -self.slopes)
-
-    def __sub__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value - other.value, self.slopes - other.slopes)
-        return Jet(self.value - other, self.slopes)
-
-    def __rsub__(self, other: Any) -> Jet:
-        return Jet(other - self.value, -self.slopes)
-
-    def __mul__(self, other: Any) -> Jet:
-        if isinstance(other, Jet):
-            return Jet(self.value * other.value, self.slopes * other.value + self.value * other.slopes)
-        return Jet(self.value * other, self.slopes * other)
-
-    def __truediv__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            return Jet(self.value / other, self.slopes / other)
-        inverse = 1 / other.value
-        quotient = self.value * inverse
-        return Jet(quotient, (self.slopes - quotient * other.slopes) * inverse)
-
-    def __rtruediv__(self, other: Any) -> Jet:
-        inverse = other / self.value
-        return Jet(inverse, self.slopes * (-inverse / self.value))
-
-    __radd__, __rmul__ = __add__, __mul__
+RATE = 100  # Kronecker's substitution: λ = r^RATE, so that r^i λ^j is the power i + RATE j
+Terms = dict[int, dict[int, Any]]
 
 
-def _sqrt(z: Any) -> Any:
-    if not isinstance(z, Jet):
-        return np.sqrt(z)
-    root = np.sqrt(z.value)
-    return Jet(root, z.slopes * (0.5 / root))
+@dataclass(frozen=True)
+class Problem:
+    """The linear problem of straight rods as polynomials: real arrays, or Jets, as coefficients.
+
+    exponents: c4, c2, c0 of c4 r⁴ + c2 r² + c0 = 0, by powers of λ. clamp, shear, moment: what e^{ru} adds to
+    Θ(0) and to the stresses minus load at the tip over their stiffness, by powers of r, then of λ.
+    """
+
+    exponents: tuple[dict[int, Any], ...]
+    clamp: Terms
+    shear: Terms
+    moment: Terms
+
+    def __getitem__(self, which: Any) -> Problem:
+        """Of some of the rods, or of all in another shape."""
+        conditions = (
+            {i: _part(x, which) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment)
+        )
+        return Problem(tuple(_part(c, which) for c in self.exponents), *conditions)
 
 
-def _exp(z: Any) -> Any:
-    if not isinstance(z, Jet):
-        return np.exp(z)
-    power = np.exp(z.value)
-    return Jet(power, power * z.slopes)
+def _part(terms: dict[int, Any], which: Any) -> dict[int, Any]:
+    return {k: c[which] if isinstance(c, np.ndarray | Jet) else c for k, c in terms.items()}
 
 
-def _value(z: Any) -> Any:
-    return z.value if isinstance(z, Jet) else z
+def problem(straight: StraightRod) -> Problem:
+    """The emitted formulas, called with r and λ as variables of polynomials."""
+    r, lam = Powers({1: 1}), Powers({RATE: 1})
+    _, *conditions = straight("boundary_column", r=r, exp_r=1, lam=lam)
+    exponents = (_by_r_and_lam(c)[0] for c in straight("exponent_polynomial", lam=lam))
+    return Problem(tuple(exponents), *map(_by_r_and_lam, conditions))
+
+
+def _by_r_and_lam(formula: Any) -> Terms:
+    terms: Terms = {}
+    for k, c in by_power(formula).items():
+        j = (k + RATE // 2) // RATE
+        terms.setdefault(k - RATE * j, {})[j] = c
+    return terms
+
+
+def _at(terms: dict[int, Any], lam: Any) -> Any:
+    """Σ c_k λ^k by Horner's rule."""
+    highest = max(terms)
+    total = terms[highest]
+    for k in range(highest - 1, -1, -1):
+        total = total * lam + terms[k] if k in terms else total * lam
+    return total
 
 
 @dataclass(frozen=True)
 class Characteristic:
-    """D e^{−r1−r2}, D's dominant term for Re r1, Re r2 → ∞ scaled alike, and Im(r1 + r2)."""
+    """D e^{−r1−r2} and Im(r1 + r2); C, B and λ(z1 − z2)² of its formula."""
 
     scaled: Any
-    dominant: Any
     turn: Any
+    clamped: Any
+    mixed: Any
+    spurious: Any
+
+    @property
+    def dominant(self) -> Any:
+        """What dominates the scaled D for Re r1, Re r2 → ∞, at the last point of every line."""
+        return (self.clamped - self.mixed)[..., -1] / self.spurious[..., -1]
 
 
-def characteristic(rods: Rods, force: Any, lam: Any) -> Characteristic:
-    """D(F, λ), zero exactly at the eigenvalues; real on the real axis, positive at λ = 0. Arrays or jets.
+def characteristic(given: Problem, lam: Any) -> Characteristic:
+    """D(F, λ), zero exactly at the eigenvalues, real on the real axis. Arrays or Jets.
 
-    With z = r² the exponents obey z² − s z + p = 0. Written in cosh r u and sinh r u the four boundary
-    conditions have the determinant, up to a factor that never vanishes on the imaginary axis,
+    An exponential e^{ru} has Θ/Y = q/r and contributes the stresses minus load s = S/r + S' and m = M/r + M'
+    at the tip, where q, S, S', M, M' are even in r: functions of z = r², which obeys z² − s z + p = 0. The
+    determinant of the four boundary conditions, by Laplace's rule on those at the clamp, is up to a factor
+    that never vanishes on the imaginary axis, with E_i = e^{−r_i}
 
-        λ(z1 − z2)² D = cosh r1 cosh r2 (a1² b2 + a2² b1) − (sinh r1 sinh r2)/(r1 r2) a1 a2 (b1 z2 + b2 z1)
-                        − a1 a2 (b1 + b2),        a = k2 z − λ ~ Θ,    b = F z + νλ ~ H.
+        λ(z1 − z2)² D e^{−r1−r2} = (1 + E1²)(1 + E2²) C − (1 − E1²)(1 − E2²) B − 4 E1E2 (q1 w2 + q2 w1) − A,
+        C = q1 g1 + q2 g2,    B = (q1 g2 z2 + q2 g1 z1)/(r1 r2),
+        g1 = S2 M1' − S1' M2,    g2 = S1 M2' − S2' M1,    w = S M' − S' M.
 
-    Its symmetric functions of z1, z2 need no roots; the roots z1 ≠ z2 are distinct there (paper:
-    eq:linearization).
+    and A, absent unless the tip conditions mix even and odd derivatives, as drag or a spring at the tip does,
+
+        A = (1 − E1²E2²) (q1 (a/r1 + b r2) − q2 (a/r2 + b r1))
+            + (E1² − E2²) (q1 (b r2 − a/r1) + q2 (b r1 − a/r2)),
+        a = S1 M2 − S2 M1,    b = S1' M2' − S2' M1'.
+
+    The roots z1 ≠ z2 are distinct on the imaginary axis (paper: eq:linearization).
     """
-    k1, k2, gamma3 = rods
-    nu = 1 - force * (1 / k1)
-    mu = k2 * nu + force
-    s = (lam * (1 + k2 * gamma3) - mu * force) / k2
-    p = lam * (mu * nu + lam * gamma3) / k2
+    c4, c2, c0 = (_at(c, lam) for c in given.exponents)
+    s, p = -c2 / c4, c0 / c4
     discriminant = s * s - 4 * p
-    z1, z2 = _roots(s, p, discriminant)
-    r1, r2 = _sqrt(z1), _sqrt(z2)
-    e1, e2 = _exp(-r1), _exp(-r2)
-    a1, a2 = k2 * z1 - lam, k2 * z2 - lam
-    b1, b2 = force * z1 + nu * lam, force * z2 + nu * lam
-    product = a1 * a2
-    clamped = a1 * a1 * b2 + a2 * a2 * b1
-    mixed = product * (force * p * 2 + nu * lam * s) / (r1 * r2)
+    z = z1, z2 = _roots(s, p, discriminant)
+    r1, r2 = sqrt(z1), sqrt(z2)
+    e1, e2 = exp(-r1), exp(-r2)
+    (q1, q2), _ = _parts(given.clamp, z, lam)
+    (S1, S2), (S1_even, S2_even) = _parts(given.shear, z, lam)
+    (M1, M2), (M1_even, M2_even) = _parts(given.moment, z, lam)
+    g1 = _minus(_times(S2, M1_even), _times(S1_even, M2))
+    g2 = _minus(_times(S1, M2_even), _times(S2_even, M1))
+    w1 = _minus(_times(S1, M1_even), _times(S1_even, M1))
+    w2 = _minus(_times(S2, M2_even), _times(S2_even, M2))
+    clamped = q1 * g1 + q2 * g2
+    mixed = (q1 * g2 * z2 + q2 * g1 * z1) / (r1 * r2)
     square1, square2 = e1 * e1, e2 * e2
     both, neither = square1 * square2 + 1, square1 + square2
-    scaled = (
-        (both + neither) * clamped - (both - neither) * mixed - 4 * (e1 * e2 * product * (b1 + b2))
-    )  # fmt: skip
-    spurious = discriminant * lam * (k2 * k2)
-    return Characteristic(scaled / spurious, (clamped - mixed) / spurious, (_value(r1) + _value(r2)).imag)
+    scaled = (both + neither) * clamped - (both - neither) * mixed - 4 * (e1 * e2 * (q1 * w2 + q2 * w1))
+    odd = _minus(_times(S1, M2), _times(S2, M1))
+    even = _minus(_times(S1_even, M2_even), _times(S2_even, M1_even))
+    if odd is not ABSENT or even is not ABSENT:
+        same = q1 * (odd / r1 + even * r2) - q2 * (odd / r2 + even * r1)
+        crossed = q1 * (even * r2 - odd / r1) + q2 * (even * r1 - odd / r2)
+        scaled = scaled - same * (1 - square1 * square2) - crossed * (square1 - square2)
+        clamped = clamped - same  # it dominates too
+    spurious = discriminant * lam
+    return Characteristic(scaled / spurious, (value(r1) + value(r2)).imag, clamped, mixed, spurious)
+
+
+ABSENT = None  # what an emitted boundary condition does not contain
+
+
+def _parts(condition: Terms, z: tuple[Any, Any], lam: Any) -> tuple[list[Any], list[Any]]:
+    """What is odd in r, times r, and what is even; each at z1 and z2."""
+    terms = {k: _at(c, lam) for k, c in condition.items()}
+    odd = {(k + 1) // 2: c for k, c in terms.items() if k % 2}
+    even = {k // 2: c for k, c in terms.items() if k % 2 == 0}
+    return [_polynomial(odd, x) for x in z], [_polynomial(even, x) for x in z]
+
+
+def _polynomial(terms: dict[int, Any], z: Any) -> Any:
+    """Σ c_k z^k by Horner's rule."""
+    total: Any = ABSENT
+    for k in range(max(terms, default=-1), -1, -1):
+        total = total if total is ABSENT else total * z
+        total = total if k not in terms else terms[k] if total is ABSENT else total + terms[k]
+    return total
+
+
+def _times(a: Any, b: Any) -> Any:
+    return ABSENT if a is ABSENT or b is ABSENT else a * b
+
+
+def _minus(a: Any, b: Any) -> Any:
+    return a if b is ABSENT else -b if a is ABSENT else a - b
 
 
 def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     """Both roots of z² − s z + p = 0, without cancellation."""
-    root = _sqrt(discriminant)
-    side = np.where((np.conj(_value(s)) * _value(root)).real > 0, 0.5, -0.5)
+    root = sqrt(discriminant)
+    side = np.where((np.conj(value(s)) * value(root)).real > 0, 0.5, -0.5)
     larger = s * 0.5 + root * side
     return larger, p / larger
 
 
-def exponents(rods: Rods, force: Real, omega: Real) -> Complex:
+def sign_at_rest(given: Problem) -> Real:
+    """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
+    D = characteristic(given, SMALL + 0j)
+    return np.asarray(np.sign((D.scaled * np.exp(1j * D.turn)).real))
+
+
+def exponents(straight: StraightRod, omega: Real) -> Complex:
     """(n, 2): r1, r2 of e^{±ru} at λ = iω, with positive real parts."""
-    c4, c2, c0 = kernels.exponent_polynomial(1j * omega, *rods, force)
+    c4, c2, c0 = straight("exponent_polynomial", lam=1j * omega)
     s, p = -c2 / c4, c0 / c4
     return np.asarray(np.sqrt(np.stack(_roots(s, p, s * s - 4 * p), axis=-1)))
 
 
-def jet(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex, Complex]:
-    """The scaled D and its derivatives: (D, D_F, D_λ)."""
+def problem_with_slopes(rods: Rods, force: Real) -> Problem:
+    """The problem of n rods at these forces as Jets in (F, λ)."""
+    return problem(rods.at(Jet(force, np.repeat(np.eye(2)[0][:, None], len(force), axis=1))))
+
+
+def jet(given: Problem, lam: Complex) -> tuple[Complex, Complex, Complex]:
+    """The scaled D and its derivatives, (D, D_F, D_λ), of a problem with slopes."""
     D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
-    by_force, by_lam = np.eye(2)[..., None]
+    by_lam = np.eye(2)[1][:, None]
     for i in range(0, len(lam), BLOCK // 4):
         part = slice(i, i + BLOCK // 4)
-        at = Jet(force[part], by_force), Jet(lam[part], by_lam)
-        value: Jet = characteristic(rods_at(rods, part), *at).scaled
-        D[part], D_F[part], D_lam[part] = value.value, value.slopes[0], value.slopes[1]
+        found: Jet = characteristic(given[part], Jet(lam[part], by_lam)).scaled
+        D[part], D_F[part], D_lam[part] = found.value, found.slopes[0], found.slopes[1]
     return D, D_F, D_lam
 
 
-def gradient(rods: Rods, force: Real, lam: Complex) -> tuple[Complex, Complex]:
-    """The scaled D, (n,), and its derivatives by k1, k2, gamma3, force, λ, (5, n)."""
-    unit = np.eye(5)[..., None]
-    k1, k2, gamma3, F, eigenvalue = (Jet(x, e) for x, e in zip((*rods, force, lam), unit, strict=True))
-    D: Jet = characteristic((k1, k2, gamma3), F, eigenvalue).scaled
-    return D.value, D.slopes
-
-
-def rods_at(rods: Rods, which: Any) -> Rods:
-    """Some of the rods."""
-    k1, k2, gamma3 = rods
-    return k1[which], k2[which], gamma3[which]
+def gradient(rods: Rods, names: Sequence[str], force: Real, lam: Complex) -> tuple[Complex, Complex]:
+    """The scaled D, (n,), and its derivatives by these parameters, force, λ, (len(names) + 2, n)."""
+    *units, by_force, by_lam = np.eye(len(names) + 2)[..., None]
+    varied = {name: Jet(rods.values[name], unit) for name, unit in zip(names, units, strict=True)}
+    straight = Rods(rods.model, {**rods.values, **varied}).at(Jet(force, by_force))
+    found: Jet = characteristic(problem(straight), Jet(lam, by_lam)).scaled
+    return found.value, found.slopes

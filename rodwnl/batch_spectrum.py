@@ -2,12 +2,13 @@
 
 For one rod `rodwnl.spectrum` finds thresholds from the eigenvalues of an operator. For many rods that is
 too slow, so here everything is read off one analytic function of the force F and the eigenvalue λ
-(`characteristic`). On a line F = const its phase along the imaginary axis counts the unstable pairs
+(`characteristic`). On a line F = const its phase along the imaginary axis counts the unstable eigenvalues
 (`Lines`); between neighbouring lines the pair that may cross is followed, and where an interval is not
-understood a line is put into its middle (`thresholds`).
+understood a line is put into its middle (`thresholds`). Where the load allows a real eigenvalue to cross,
+the forces at which one does are found first (`rodwnl.batch_buckling`) and have a line on either side.
 
 Arrays of one shape throughout: n rods, or n lines, each with its own rod. Lengths in L, times in γ2 L⁴/k3,
-forces in k3/L²; ν = 1 − F/k1, μ = k2 ν + F. The linear problem does not contain γ1.
+forces in k3/L².
 """
 
 from __future__ import annotations
@@ -19,18 +20,31 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import BLOCK, Complex, Real, Rods, characteristic, jet, rods_at
+from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
+from rodwnl.batch_characteristic import (
+    BLOCK,
+    Complex,
+    Problem,
+    Real,
+    characteristic,
+    jet,
+    problem,
+    problem_with_slopes,
+    sign_at_rest,
+)
+from rodwnl.batch_rods import Rods
+from rodwnl.straightrod import StraightRod
 
 Index = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
-POINTS = (11, 16, 25)  # on a line, from q = 1 to at least 8
+POINTS = (11, 16, 25)  # on a line, from q = 1 or less to at least 8
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
-WHOLE, UNKNOWN = 0.1, -(10**6)  # of the number of pairs: distance from an integer; the value if it is none
+WHOLE, UNKNOWN = 0.2, -(10**6)  # of a number of eigenvalues: distance from an integer; the value if none
 MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
 MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
 MOST_STEPS = 12  # of Newton's method
@@ -60,41 +74,43 @@ def joined(parts: Sequence[R]) -> R:
 class Lines(Rows):
     """n lines F = const of given rods.
 
-    rod (n,): which rod. force (n,). pairs (n,): number of unstable pairs. near (n,): whether the pair of
-    `guess` is close to the axis. guess (n,): approximate λ of the least stable pair of a stable line, else
-    of an unstable pair; NaN where it is not known.
+    rod (n,): which rod. force (n,). unstable (n,): number of unstable eigenvalues; it is odd where a real one
+    is past 0. near (n,): whether the pair of `guess` is close to the axis. guess (n,): approximate λ of the
+    least stable pair of a stable line, else of an unstable pair; NaN where it is not known.
     """
 
     rod: Index
     force: Real
-    pairs: Index
+    unstable: Index
     near: Mask
     guess: Complex
 
 
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
-    """The number of unstable pairs at these forces (n,) of the rods with these indices (n,)."""
-    here = rods_at(rods, rod)
-    highest = _highest(here, force)
-    enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest)
+    """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
+    straight = rods[rod].at(force)
+    here = problem(straight)
+    lowest, highest = _range(straight, here)
+    enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
     blocks = [
         (points, group[i : i + BLOCK // points])
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(rods_at(here, part), force[part], highest[part], points) for points, part in blocks]
-    seen = joined(parts)[np.argsort(np.concatenate([part for _, part in blocks]))]
+    parts = [_phase(here[p, None], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
+    seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
-    lam, _ = follow(rods_at(here, lost), force[lost], seen.guess[lost])
+    lam, _ = follow(rods[rod[lost]], force[lost], seen.guess[lost])
     between = (seen.low[lost] < lam.imag) & (lam.imag < seen.high[lost])
     unstable, counted = lam.real > 0, seen.counted[lost]
-    seen.pairs[lost] += np.where(between, unstable.astype(int) - counted, 0)
-    meant = unstable | (seen.pairs[lost] == 0)  # else the pair lost is a stable one beside the unstable one
+    seen.unstable[lost] += np.where(between, 2 * (unstable.astype(int) - counted), 0)
+    # else the pair lost is a stable one beside the unstable one
+    meant = unstable | (seen.unstable[lost] == 0)
     seen.guess[lost] = np.where(meant, lam, seen.other[lost])
     seen.near[lost] = meant | seen.other_near[lost]
-    return Lines(rod, force, seen.pairs, seen.near, seen.guess)
+    return Lines(rod, force, seen.unstable, seen.near, seen.guess)
 
 
 @dataclass(frozen=True)
@@ -106,7 +122,7 @@ class Phase(Rows):
     near, of the most nearly unstable of the other pairs.
     """
 
-    pairs: Index
+    unstable: Index
     near: Mask
     guess: Complex
     lost: Mask
@@ -117,54 +133,69 @@ class Phase(Rows):
     other_near: Mask
 
 
-def _highest(rods: Rods, force: Real) -> Real:
-    """The wave number at which a line ends: beyond it D is its dominant term."""
-    k1, k2, _ = rods
-    nu = 1 - force / k1
-    return np.asarray(np.maximum(8.0, 1.5 * np.sqrt((nu + force / k2) * force)))
+def _range(straight: StraightRod, given: Problem) -> tuple[Real, Real]:
+    """The wave numbers at which a line begins and ends: beyond D is its dominant term.
 
-
-def _phase(rods: Rods, force: Real, highest: Real, points: int) -> Phase:
-    """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by 2π a pair.
-
-    The points lie at the wave numbers q of ω = k2 q⁴/(μν + q²(1 + k2γ3)), about the rate at which a wave of
-    number q decays: every rod has its thresholds near q = 3, its further crossings between 4 and 2√(μF/k2).
+    The plain rod has its thresholds near 3. Drag at the tip slows everything down.
     """
-    k1, k2, gamma3 = (x[:, None] for x in rods)
-    F = force[:, None]
-    nu = 1 - F / k1
-    mu = k2 * nu + F
-    q2 = np.exp(np.outer(np.log(highest), 2 * np.arange(points) / (points - 1)))
-    omega = k2 * q2 * q2 / (mu * nu + q2 * (1 + k2 * gamma3))
-    D = characteristic((k1, k2, gamma3), F, 1j * omega)
-    turns = np.angle(D.scaled[:, 1:] * np.conj(D.scaled[:, :-1]))
-    start = np.angle(D.scaled[:, 0] * np.exp(1j * D.turn[:, 0])) - D.turn[:, 0]
-    shortfall = np.angle(D.dominant[:, -1]) - start - turns.sum(axis=1)
-    pairs = np.rint(shortfall / (2 * np.pi))
-    # far from a whole number of turns: the line ends too early, or something overflowed
-    pairs = np.where(np.abs(shortfall / (2 * np.pi) - pairs) < WHOLE, pairs, UNKNOWN).astype(int)
+    c4, c2, _ = given.exponents
+    highest = np.maximum(8.0, 1.5 * np.sqrt(c2[0] / c4[0]))
+    return 1 / (1 + np.broadcast_to(_tip_drag(straight), straight.force.shape)), highest
+
+
+def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
+    """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
+
+    D is real at ω = 0; where it is negative there, a real eigenvalue has passed, and arg D begins at π. The
+    points lie at the wave numbers q of ω = c4 q⁴/(c0' − q² c2'), with c0', c2' the slopes in λ, about the
+    rate at which a wave of number q decays.
+    """
+    c4, c2, c0 = given.exponents
+    low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
+    q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
+    omega = c4[0] * q2 * q2 / (c0[1] - q2 * c2[1])
+    D = characteristic(given, 1j * omega)
+    scaled = D.scaled
+    turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
+    start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
+    if may_buckle:
+        start = start * sign_at_rest(given)[:, 0]
+    shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
+    unstable = np.rint(shortfall / np.pi)
+    # far from a whole number: the line ends too early, or something overflowed
+    whole = np.abs(shortfall / np.pi - unstable) < WHOLE
+    unstable = np.where(whole, unstable, UNKNOWN).astype(int)
 
     def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
         """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
-        before, after, low, high = (x[row, at + k] for x in (D.scaled, omega) for k in (0, 1))
+        before, after, low, high = (x[row, at + k] for x in (scaled, omega) for k in (0, 1))
         return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
 
-    row, sharpest = np.arange(len(force)), np.abs(turns).argmax(axis=1)
+    row, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=1)
     lost = np.abs(turns[row, sharpest]) > CLOSE
-    at = np.where(lost, sharpest, np.where(pairs > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
+    at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
     guess, turn, low, high = turn_at(at)
     turns[row, at] = np.pi
     other, other_turn, _, _ = turn_at(turns.argmin(axis=1))
-    return Phase(pairs, np.abs(turn) > NEAR, guess, lost, low, high, turn < 0, other, other_turn < -NEAR)
+    return Phase(unstable, np.abs(turn) > NEAR, guess, lost, low, high, turn < 0, other, other_turn < -NEAR)
+
+
+def _tip_drag(straight: StraightRod) -> Any:
+    """Drag at the tip over that of the rod, roughly: what of the tip conditions changes with λ."""
+    total: Any = 0.0
+    for name in ("y_tip_row", "theta_tip_row"):
+        still, moving = (straight(name, lam=lam) for lam in (0.0, 1.0))
+        total = total + sum(np.abs(b - a) for a, b in zip(still, moving, strict=True))
+    return total / straight("drag_weights")[1]
 
 
 def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
     """Roughly the eigenvalue near the guess at a force, and dλ/dF, by Newton's method; NaN if it is lost."""
     lam, slope = np.full((2, len(force)), np.nan + 0j)
     active = np.flatnonzero(_plausible(guess))
-    here = guess[active]
+    here, given = guess[active], problem_with_slopes(rods[active], force[active])
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(rods_at(rods, active), force[active], here)
+        D, D_F, D_lam = jet(given, here)
         step = D / D_lam
         here = here - step
         # the error that is left is about step²/λ: it must not matter for the distance from the axis
@@ -172,7 +203,7 @@ def follow(rods: Rods, force: Real, guess: Complex) -> tuple[Complex, Complex]:
         settled = (error <= ROUGHLY * np.abs(here.real)) & (error <= ROUGHLY * np.abs(here))
         lam[active[settled]], slope[active[settled]] = here[settled], (-D_F / D_lam)[settled]
         going = ~settled & _plausible(here)
-        active, here = active[going], here[going]
+        active, here, given = active[going], here[going], given[going]
         if not active.size:
             break
     return lam, slope
@@ -191,7 +222,8 @@ class Crossings:
     """Thresholds of the leading eigenvalue, ordered by rod and force; and the rods that were not understood.
 
     rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton
-    step of (F, ω), relative. undecided: indices of rods on which intervals were left open.
+    step of (F, ω), relative. undecided: indices of rods on which intervals were left open. buckling (n,): the
+    smallest force at which the leading eigenvalue crosses at 0, NaN where there is none.
     """
 
     rod: Index
@@ -200,30 +232,34 @@ class Crossings:
     slope: Complex
     residual: Real
     undecided: set[int]
+    buckling: Real
 
 
 def thresholds(rods: Rods, max_force: Real) -> Crossings:
-    """Every crossing of the imaginary axis by the leading pair in (0, max_force], for n rods of shape (n,).
+    """Every crossing of the imaginary axis by the leading eigenvalue in (0, max_force], for n rods.
 
     An interval between two lines is understood when the pair that might cross in it, followed from one end
     to the other, keeps its side by a margin or crosses once, and the counts at the ends say the same.
-    Otherwise it is halved. Where two pairs or more are unstable at both ends no pair is followed.
+    Otherwise it is halved. Where more than one pair, or a real eigenvalue, is unstable at both ends no pair
+    is followed.
     """
     count = len(max_force)
-    rod, parts = np.arange(count), np.sin(np.pi / 2 * np.linspace(0, 1, FIRST_LINES)[1:]) ** 2
-    unloaded = Lines(
-        rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
-    )
-    loaded = lines(rods, np.tile(rod, len(parts)), np.outer(parts, max_force).ravel())
-    right, left = loaded, joined([unloaded, loaded[: -count or None]])
+    left, right = _first_intervals(rods, max_force)
+    buckling = np.full(count, np.nan)
     found: list[tuple[Any, ...]] = []
     hopeless: set[int] = set()
     for _ in range(MOST_BISECTIONS):
-        lost = (left.pairs < 0) | (right.pairs < 0)
+        lost = (left.unstable < 0) | (right.unstable < 0)
         hopeless.update(left.rod[lost].tolist())
         left, right = left[~lost], right[~lost]
         decided, crossings = _decide(rods, left, right)
         found.append(crossings)
+        steady = (
+            decided
+            & (np.minimum(left.unstable, right.unstable) == 0)
+            & ((left.unstable + right.unstable) == 1)
+        )
+        np.fmin.at(buckling, left.rod[steady], (left.force + right.force)[steady] / 2)
         left, right = left[~decided], right[~decided]
         many = np.bincount(left.rod, minlength=count)[left.rod] > MOST_OPEN
         hopeless.update(left.rod[many].tolist())
@@ -232,22 +268,53 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
             break
         middle = lines(rods, left.rod, (left.force + right.force) / 2)
         left, right = joined([left, middle]), joined([middle, right])
-    rod, force, omega, slope, residual = (np.concatenate(part) for part in zip(*found, strict=True))
+    buckled = np.flatnonzero(np.isfinite(buckling))
+    buckling[buckled] = settled(rods[buckled], buckling[buckled])
+    rod, force, omega, slope, residual = (np.concatenate(x) for x in zip(*found, strict=True))
     order = np.lexsort((force, rod))
     undecided = hopeless | set(left.rod.tolist())
-    return Crossings(rod[order], force[order], omega[order], slope[order], residual[order], undecided)
+    return Crossings(
+        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling
+    )
+
+
+def _first_intervals(rods: Rods, max_force: Real) -> tuple[Lines, Lines]:
+    """Intervals between lines at Chebyshev's points, and on both sides of every steady crossing."""
+    count = len(max_force)
+    rod, parts = np.arange(count), np.sin(np.pi / 2 * np.linspace(0, 1, FIRST_LINES)[1:]) ** 2
+    unloaded = Lines(
+        rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
+    )
+    which, force = np.tile(rod, len(parts)), np.outer(parts, max_force).ravel()
+    if not rods.may_buckle:
+        loaded = lines(rods, which, force)
+        return joined([unloaded, loaded[: -count or None]]), loaded
+    crossing, steady = steady_crossings(rods, max_force)
+    which = np.concatenate([which, crossing, crossing])
+    force = np.concatenate(
+        [force, steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])]
+    )
+    everything = joined([unloaded, lines(rods, which, force)])
+    ordered = everything[np.lexsort((everything.force, everything.rod))]
+    same = np.flatnonzero(ordered.rod[1:] == ordered.rod[:-1])
+    return ordered[same], ordered[same + 1]
 
 
 def _decide(rods: Rods, left: Lines, right: Lines) -> tuple[Mask, tuple[Any, ...]]:
     """Per interval whether it is understood, and the crossings on those that are."""
-    fewest, most = np.minimum(left.pairs, right.pairs), np.maximum(left.pairs, right.pairs)
-    crosses = (fewest == 0) & (most == 1)
-    understood = (fewest > 0) | (most < 2)
+    fewest, most = np.minimum(left.unstable, right.unstable), np.maximum(left.unstable, right.unstable)
+    crosses = (fewest == 0) & (most == 2)
+    # An odd change belongs to a steady crossing, and its interval is narrow.
+    narrow = right.force - left.force <= 3 * BESIDE * right.force
+    understood = np.where(
+        (most - fewest) % 2 == 1, narrow & ((fewest > 0) | (most == 1)), (fewest > 0) | (most < 4)
+    )
     lam, slope = np.full((2, len(most)), np.nan + 0j)
     for start, end in ((left, right), (right, left)):
         # The pair that crosses is followed from where it is unstable. Any other near the axis must be seen
         # to keep its side; an unstable one only if it is the only one.
-        asked = np.where(crosses, start.pairs == 1, start.near & (start.pairs < 2))
+        alone = (start.unstable == 0) | ((start.unstable == 2) & (fewest % 2 == 0))
+        asked = np.where(crosses, start.unstable == 2, start.near & alone & ((most - fewest) % 2 == 0))
         i = np.flatnonzero(asked & understood)
         understood[i], lam[i], slope[i] = _understood(rods, start[i], end[i], crosses[i])
     which = np.flatnonzero(understood & crosses)
@@ -260,13 +327,13 @@ def _understood(rods: Rods, start: Lines, end: Lines, crosses: Mask) -> tuple[Ma
 
     A pair that does not leave the axis behind is followed to the end, and must keep its side by a margin.
     """
-    here, step = rods_at(rods, start.rod), end.force - start.force
-    side = np.where(start.pairs > 0, 1, -1)
+    here, step = rods[start.rod], end.force - start.force
+    side = np.where(start.unstable > 0, 1, -1)
     lam, slope = follow(here, start.force, start.guess)
     good = (slope.real * step * side > 0) & ~crosses  # it leaves the axis behind
     i = np.flatnonzero(~good)
     step, before, by_force = step[i], lam[i], slope[i]
-    after, by_force_after = follow(rods_at(here, i), end.force[i], before + step * by_force)
+    after, by_force_after = follow(here[i], end.force[i], before + step * by_force)
     change = after - before
     smooth = np.abs(change - step * (by_force + by_force_after) / 2) < np.abs(change) / 2 + ROUGHLY * np.abs(
         before.real
@@ -290,14 +357,14 @@ def _crossings(
 
     With dλ/dF = −D_F/D_λ:  D + D_F dF + i D_λ dω = 0  is  (dλ/dF) dF − i dω = D/D_λ.
     """
-    rods = rods_at(rods, left.rod)
-    rises = right.pairs == 1
+    rods = rods[left.rod]
+    rises = right.unstable == 2
     force = np.where(rises, right.force, left.force)
     first = np.clip(-lam.real / slope.real, left.force - force, right.force - force)
     omega, force, slope = (lam + first * slope).imag, force + first, slope.copy()
     residual, active = np.full(len(force), np.inf), np.arange(len(force))
     for _ in range(MOST_STEPS):
-        D, D_F, D_lam = jet(rods_at(rods, active), force[active], 1j * omega[active])
+        D, D_F, D_lam = jet(problem_with_slopes(rods[active], force[active]), 1j * omega[active])
         by_force, offset = -D_F / D_lam, D / D_lam
         step = offset.real / by_force.real
         turn = by_force.imag * step - offset.imag

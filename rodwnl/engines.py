@@ -22,13 +22,12 @@ PATIENCE = 3  # how often workers may die without a block finished in between
 SCHEDULER_TIMEOUT = 10  # seconds
 
 Values = dict[str, NDArray[Any]]
-Task = tuple[int, tuple[Real, ...], float | None]
+Task = tuple[int, dict[str, Real], float | None, str]
 
 
-def compute(rods: tuple[Real, ...], max_force: float | None) -> Values:
+def compute(rods: dict[str, Any], max_force: float | None, model: str) -> Values:
     """The variables for one block of rods; and its failures, as JSON: flat index in the block -> why."""
-    k1, k2, gamma3, gamma1 = rods
-    batch = landau_batch(k1, k2, gamma3, gamma1, max_force)
+    batch = landau_batch(**rods, max_force=max_force, model=model)
     values: Values = {name: getattr(batch, name) for name in (*PER_ROD, *PER_THRESHOLD)}
     for name in ("alpha", "beta"):
         numbers = values.pop(name)

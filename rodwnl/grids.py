@@ -1,6 +1,7 @@
-"""Which rods a sweep computes: a grid or a sampling of k1, k2, gamma3, gamma1, read from a TOML file.
+"""Which rods a sweep computes: a grid or a sampling of their parameters, read from a TOML file.
 
     max_force = 400                                      # optional; min(k1, 400) without it
+    model = "quartic"                                    # optional; or a rod.toml, beside this file
 
     [k1]
     log = [20, 1e6]                                      # from, to; or linear = [from, to]
@@ -11,6 +12,10 @@
 
     [gamma3]
     value = 1e-4                                         # gamma1 = 1/2 unless it is given
+
+    [stretch4]                                           # a parameter of the model's own, else its default
+    linear = [0, 200]
+    points = 5
 
     [sampling]                                           # optional; without it every combination
     method = "sobol"                                     # or "latin-hypercube"
@@ -24,8 +29,9 @@ from __future__ import annotations
 
 import difflib
 import json
+import os
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import ceil, prod
 from pathlib import Path
@@ -33,9 +39,11 @@ from typing import Any
 
 import numpy as np
 
+from rodwnl import kernels
 from rodwnl.batch_characteristic import Real
 from rodwnl.errors import InputError
-from rodwnl.parameters import exact, positive, shown
+from rodwnl.models import emitted, is_file
+from rodwnl.parameters import PLAIN, exact, positive, shown
 
 NAMES = ("k1", "k2", "gamma3", "gamma1")
 SCALES = ("log", "linear")
@@ -60,8 +68,9 @@ class Grid:
     """Rods of shape `shape`, along the dimensions `dims`.
 
     Of a full grid the dimensions are the parameters with more than one value, in the order k1, k2, gamma3,
-    gamma1; of a sampling there is one, `rod`. values: per parameter its values, (), (length of its
-    dimension,) or (rods,). description: what identifies the grid, as JSON.
+    gamma1 and the model's own; of a sampling there is one, `rod`. values: per parameter its values, (),
+    (length of its dimension,) or (rods,). description: what identifies the grid, as JSON. model: as
+    `RodParameters` takes it.
     """
 
     dims: tuple[str, ...]
@@ -69,6 +78,7 @@ class Grid:
     values: dict[str, Real]
     max_force: float | None
     description: str
+    model: str = PLAIN
 
     @property
     def size(self) -> int:
@@ -89,8 +99,8 @@ class Grid:
             shape.insert(0, min(length, max(most // prod(shape), 1)))
         return tuple(shape)
 
-    def rods(self, block: Block) -> tuple[Real, ...]:
-        """k1, k2, gamma3, gamma1, each of the block's shape."""
+    def rods(self, block: Block) -> dict[str, Real]:
+        """Every parameter by name, each of the block's shape."""
 
         def part(name: str) -> Real:
             values = self.values[name]
@@ -101,11 +111,14 @@ class Grid:
             along[dim] = -1
             return values[block.slices[dim]].reshape(along)
 
-        return tuple(np.broadcast_to(part(name), block.shape) for name in NAMES)
+        return {name: np.broadcast_to(part(name), block.shape) for name in self.values}
 
 
-def read_grid(path: Path) -> Grid:
-    """The grid in a TOML file. Raises InputError, naming the file, for whatever is not one."""
+def read_grid(path: Path, model: str | None = None, own: Mapping[str, str] | None = None) -> Grid:
+    """The grid in a TOML file; model and own, if given, are what the command line says, in place of the file.
+
+    Raises InputError, naming the file, for whatever is not a grid.
+    """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -113,34 +126,55 @@ def read_grid(path: Path) -> Grid:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not TOML: {error}") from None
     try:
-        return grid(content)
+        given = _with_options(content, model, own or {})
+        return grid(given, _model(given["model"], path.parent) if "model" in given else PLAIN)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def grid(content: dict[str, Any]) -> Grid:
-    """The grid that a TOML document describes. Raises InputError."""
-    _known("key", content, (*NAMES, "max_force", "sampling"))
+def _with_options(content: dict[str, Any], model: str | None, own: Mapping[str, str]) -> dict[str, Any]:
+    """The document with a model (the path of a file from here) and values given on the command line."""
+    if model is not None and "model" in content:
+        raise InputError(f"it names a model, {shown(content['model'])}: leave out --model")
+    for name in own:
+        if name in content:
+            raise InputError(f"it says what {name} is: leave out --parameter {name}")
+    named = {} if model is None else {"model": os.path.abspath(model) if is_file(model) else model}
+    return content | named | {name: {"value": value} for name, value in own.items()}
+
+
+def grid(content: dict[str, Any], model: str = PLAIN) -> Grid:
+    """The grid that a TOML document describes, of rods of this model. Raises InputError."""
+    own = kernels.own_parameters(model)
+    names = (*NAMES, *own)
+    _known("key", content, (*names, "max_force", "sampling", "model"))
     if missing := [name for name in NAMES[:3] if name not in content]:
         raise InputError(
             f"there is no {' and no '.join(missing)}: write for example [{missing[0]}] value = 1e4"
         )
-    tables = {"gamma1": {"value": 0.5}} | {name: content[name] for name in NAMES if name in content}
+    default = {"gamma1": {"value": 0.5}} | {name: {"value": text} for name, text in own.items()}
+    tables = default | {name: content[name] for name in names if name in content}
     max_force = float(positive("max_force", content["max_force"])) if "max_force" in content else None
     sampling = _sampling(content["sampling"]) if "sampling" in content else None
-    axes = {name: _axis(name, tables[name], sampled=sampling is not None) for name in NAMES}
-    described = {"axes": {name: tables[name] for name in NAMES}, "max_force": max_force, "sampling": sampling}
+    axes = {name: _axis(name, tables[name], sampling is not None, own=name in own) for name in names}
+    described = {"axes": {name: tables[name] for name in names}, "max_force": max_force, "sampling": sampling}
     description = json.dumps(described, default=str)
     if sampling:
-        return _sample(axes, sampling, max_force, description)
+        return _sample(axes, sampling, max_force, description, model)
     size = prod(axis.points if isinstance(axis, Range) else np.size(axis) for axis in axes.values())
     if size > MOST_RODS:
         raise InputError(f"the grid has {size} rods, more than {MOST_RODS}: coarsen it or cut it in parts")
     values = {name: _points(axis) for name, axis in axes.items()}
-    dims = tuple(name for name in NAMES if values[name].ndim)
+    dims = tuple(name for name in names if values[name].ndim)
     if not dims:
         values["k1"], dims = values["k1"].reshape(1), ("k1",)
-    return Grid(dims, tuple(len(values[name]) for name in dims), values, max_force, description)
+    return Grid(dims, tuple(len(values[name]) for name in dims), values, max_force, description, model)
+
+
+def _model(text: Any, folder: Path) -> str:
+    if not isinstance(text, str):
+        raise InputError(f"model must be a name or the path of a rod.toml, not {shown(text)}")
+    return emitted(str(folder / text) if is_file(text) else text)
 
 
 @dataclass(frozen=True)
@@ -171,8 +205,9 @@ def _points(axis: Axis) -> Real:
     return values
 
 
-def _axis(name: str, table: Any, sampled: bool) -> Axis:
-    """One parameter's table."""
+def _axis(name: str, table: Any, sampled: bool, own: bool = False) -> Axis:
+    """One parameter's table; a model's own parameters need not be positive."""
+    read = exact if own and not (isinstance(table, dict) and "log" in table) else positive
     if not isinstance(table, dict):
         table = {"value": table}
     _known(f"key of [{name}]", table, ("value", "values", *SCALES, "points"))
@@ -185,10 +220,10 @@ def _axis(name: str, table: Any, sampled: bool) -> Axis:
     if kind not in SCALES and "points" in table:
         raise InputError(f"[{name}] points goes with log or linear, not with {kind}")
     if kind == "value":
-        return float(positive(name, table[kind]))
+        return float(read(name, table[kind]))
     if not isinstance(table[kind], list):
         raise InputError(f"[{name}] {kind} must be a list, not {shown(table[kind])}")
-    numbers = [float(positive(name, value)) for value in table[kind]]
+    numbers = [float(read(name, value)) for value in table[kind]]
     if kind == "values":
         if sampled:
             raise InputError(f"[{name}] values cannot be sampled: give log, linear or value")
@@ -224,7 +259,7 @@ def _sampling(table: Any) -> dict[str, Any]:
 
 
 def _sample(
-    axes: dict[str, Axis], sampling: dict[str, Any], max_force: float | None, description: str
+    axes: dict[str, Axis], sampling: dict[str, Any], max_force: float | None, description: str, model: str
 ) -> Grid:
     from scipy.stats import qmc
 
@@ -243,7 +278,7 @@ def _sample(
         unit = qmc.LatinHypercube(len(free), rng=sampling["seed"]).random(points)
     values = {name: np.array(axis) for name, axis in axes.items() if not isinstance(axis, Range)}
     values |= {name: axis.at(unit[:, i]) for i, (name, axis) in enumerate(free.items())}
-    return Grid(("rod",), (points,), values, max_force, description)
+    return Grid(("rod",), (points,), {name: values[name] for name in axes}, max_force, description, model)
 
 
 def _whole(name: str, value: Any, least: int = 1) -> int:

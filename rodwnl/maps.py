@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rodwnl.atlas import PAPER, REGIONS, Map, Sheet
 from rodwnl.drawings import style
+from rodwnl.parameters import PLAIN
 from rodwnl.storage import replacing
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 LABELS = {"k1": "stretch stiffness k1", "k2": "shear stiffness k2", "gamma3": "rotational drag γ3"}
 # colours told apart by hue and by lightness
 NONE, SUPER, SUB, ABSENT = "#e6e6e6", "#2a6f97", "#e8a33d", "#ffffff"
+BUCKLED = ("#c9a9c4", "#7d4a75")
 SHADES = ("#e6e6e6", "#8fb8d0", "#2a6f97", "#123047", "#000000")
 LINES: dict[str, dict[str, Any]] = {
     "bautin": {"color": "#c8102e", "linestyle": "-"},
@@ -60,8 +62,14 @@ def draw(sheet: Sheet, path: Path) -> None:
             axis.set_xlabel(LABELS[one.x])
         for axis in axes[:, 0]:
             axis.set_ylabel(LABELS[one.y])
-        fixed = ", ".join(f"{LABELS[n]} = {v:g}" for n, v in one.fixed.items())
-        figure.suptitle(f"{fixed}; axial drag γ1 = 1/2; 0 < force < k1")
+        fixed = ", ".join(f"{LABELS[n]} = {v:g}" for n, v in one.fixed.items() if n in LABELS)
+        rod = "" if one.model == PLAIN else ", ".join(
+            [f"rod {Path(one.model).name}", *(f"{n} = {v:g}" for n, v in sheet.own.items())]
+        )  # fmt: skip
+        forces = "0 < force < k1" if one.model == PLAIN else "forces to the end of the straight rod"
+        figure.suptitle(
+            "; ".join(filter(None, [rod, fixed, "axial drag γ1 = 1/2", forces])), fontsize="medium"
+        )
         for kind, metadata in (("svg", {"Date": None}), ("png", None)):
             with replacing(path.with_name(f"{path.name}.{kind}")) as temporary:
                 figure.savefig(temporary, format=kind, metadata=metadata)
@@ -69,7 +77,8 @@ def draw(sheet: Sheet, path: Path) -> None:
 
 def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
     number, crossing, alpha = data["count"].values, data.crossing.values, data.alpha_re.values
-    most = int(number.max())
+    buckles = np.isfinite(data.buckling_force.values)
+    most = int(number[~buckles].max(initial=0))
 
     def criticality(at: NDArray[np.bool_]) -> NDArray[np.int_]:
         """0 where there is no such threshold, 1 where the first one is supercritical, 2 where subcritical."""
@@ -79,8 +88,12 @@ def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
     kinds = ("supercritical", "subcritical")
     lower, upper = criticality(crossing == 1), criticality(crossing == -1)
     regions = tuple(REGIONS.get(n, f"{n} thresholds") for n in range(most + 1))
+    shades = SHADES[: most + 1]
+    if buckles.any():
+        number = np.where(buckles, most + 1 + (number > 0), number)
+        regions, shades = (*regions, "buckles", "buckles and flutters"), (*shades, *BUCKLED)
     return (
-        Panel("Regions", number, SHADES[: most + 1], regions, {"closing": 0}),
+        Panel("Regions", number, shades, regions, {"closing": 0}),
         Panel("Lower threshold", lower, (NONE, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": 1}),
         Panel("Upper threshold", upper, (ABSENT, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": -1}),
     )
@@ -126,15 +139,14 @@ def _curves(axis: Any, sheet: Sheet, kinds: dict[str, int]) -> None:
     """The special curves of these kinds; where a sign is given, only at thresholds whose crossing has it."""
     for kind, curve in sheet.curves:
         if kind in kinds:
-            rods = dict(zip(("k1", "k2", "gamma3"), curve.rods, strict=False))
             here = np.sign(curve.beta.real) == kinds[kind] if kinds[kind] else np.ones(len(curve.force), bool)
-            x, y = (np.where(here, rods[name], np.nan) for name in (sheet.map.x, sheet.map.y))
+            x, y = (np.where(here, curve.rods[name], np.nan) for name in (sheet.map.x, sheet.map.y))
             axis.plot(x, y, linewidth=1, **LINES[kind])
 
 
 def _rods(axis: Any, sheet: Sheet) -> None:
     """The paper's rods that lie in this plane."""
-    for rod in PAPER:
+    for rod in PAPER if sheet.map.model == PLAIN else ():
         values = dict(zip(("k1", "k2", "gamma3"), rod, strict=True))
         if all(values[n] == v for n, v in sheet.map.fixed.items()):
             axis.plot(

@@ -64,12 +64,14 @@ _SI = {
 }
 
 
-MODEL = typer.Option(
+_MODEL = typer.Option(
     "--model", metavar="NAME|FILE", help="Another rod: a shipped one, or a rod.toml. Default: follower."
 )
-PARAMETER = typer.Option(
+_PARAMETER = typer.Option(
     "--parameter", metavar="NAME=X", help="A parameter that only this model has, dimensionless. Repeatable."
 )
+Model = Annotated[str | None, _MODEL]
+Parameter = Annotated[list[str] | None, _PARAMETER]
 
 
 def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -89,10 +91,8 @@ def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
     parameters = [
         *options(_REQUIRED, str, required),
         *options(_OPTIONAL, str | None, None),
-        inspect.Parameter("model", keyword, default=None, annotation=Annotated[str | None, MODEL]),
-        inspect.Parameter(
-            "parameter", keyword, default=None, annotation=Annotated[list[str] | None, PARAMETER]
-        ),
+        inspect.Parameter("model", keyword, default=None, annotation=Model),
+        inspect.Parameter("parameter", keyword, default=None, annotation=Parameter),
         *own,
         *options(_SI, str | None, None),
     ]
@@ -123,6 +123,18 @@ def read_rod(values: dict[str, Any]) -> RodParameters:
 
 def read_model(model: str | None, assignments: Sequence[str]) -> dict[str, str]:
     """The model, and the values of its own parameters, as `RodParameters` takes them."""
+    own = read_assignments(assignments)
+    if model is None:
+        if own:
+            raise InputError("--parameter sets what only another model has: name that one with --model")
+        return {}
+    from rodwnl.models import emitted
+
+    return {"model": emitted(model), **own}
+
+
+def read_assignments(assignments: Sequence[str]) -> dict[str, str]:
+    """Values of a model's own parameters, given as NAME=VALUE."""
     own: dict[str, str] = {}
     for text in assignments:
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -133,17 +145,7 @@ def read_model(model: str | None, assignments: Sequence[str]) -> dict[str, str]:
         if name in own:
             raise InputError(f"--parameter {name} is given twice")
         own[name] = value
-    if model is None:
-        if own:
-            raise InputError("--parameter sets what only another model has: name that one with --model")
-        return {}
-    from rodwnl.models import emitted
-
-    return {"model": emitted(model), **own}
-
-
-Model = Annotated[str | None, MODEL]
-Parameter = Annotated[list[str] | None, PARAMETER]
+    return own
 
 
 def read_digits(text: str | None) -> int | None:

@@ -127,7 +127,7 @@ def hopf_thresholds(
     parameter is beyond the range of double precision.
     """
     upper, cut = searched_range(rod, max_force)
-    route = _route(rod)
+    route = route_of(rod)
     with finite():
         seen, crossings, touches = scan(route, float(upper), all_crossings)
         found = sorted((route.threshold(*crossing) for crossing in crossings), key=lambda t: t.force)
@@ -183,7 +183,8 @@ class Exponentials:
         return _newton(self.parameters, low, high, force, omega)
 
 
-def _route(rod: RodParameters) -> Route:
+def route_of(rod: RodParameters) -> Route:
+    """How the spectrum of this rod is computed."""
     if rod.model == PLAIN:
         return Exponentials(rod.floats())
     from rodwnl.thresholds import Collocation  # SciPy, which the plain rod does not need

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rodwnl import kernels
 from rodwnl.errors import InputError
@@ -22,6 +23,7 @@ from rodwnl.parameters import RodParameters
 
 MOST_STEPS = 60
 SETTLED = 1e-15  # Newton step of ν after which only round-off is left
+CLOSE = 1e-8  # step after which the next one is shorter by far, but for round-off
 LEAST_STRETCH = 1e-3  # to which the search for thresholds goes: drag that follows the metric vanishes with ν
 ENDS = np.array([0.0, 1.0])  # what varies along the rod is monotonic: extremes are at its ends
 
@@ -30,11 +32,12 @@ ENDS = np.array([0.0, 1.0])  # what varies along the rod is monotonic: extremes 
 class StraightRod:
     """A rod compressed straight. Calling it with the name of an emitted function evaluates that.
 
-    force: may be complex, everything is analytic in it. values: by name, what the functions may ask for.
+    force: may be complex, everything is analytic in it; or an array, for many rods. values: by name, what the
+    functions may ask for.
     """
 
     functions: SimpleNamespace
-    force: complex
+    force: Any
     values: Mapping[str, Any]
 
     def __call__(self, name: str, **fields: Any) -> Any:
@@ -83,46 +86,76 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
 
 
 def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str, Any]) -> complex:
-    """Newton's method for F1(ν) + F = 0, from the unloaded rod; the slope of the balance in ν is K1."""
+    nu = balanced_stretch(functions, values)
+    if np.isnan(nu):
+        raise InputError(
+            f"rod {rod.model!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
+            f"above 0 with positive stretch stiffness balances it; take a smaller force"
+        )
+    return complex(nu) if np.iscomplexobj(nu) else float(nu)
 
-    def at(nu: complex) -> tuple[complex, complex]:
+
+def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> NDArray[Any]:
+    """ν for parameters and forces that broadcast, NaN where there is no straight rod.
+
+    Newton's method for F1(ν) + F = 0, from the unloaded rod; the slope of the balance in ν is K1.
+    """
+
+    def at(nu: Any) -> tuple[Any, Any]:
         trial = StraightRod(functions, values["force"], {**values, "nu": nu})
         return trial("straight_rod")[-1], trial("stretch_stiffness")
 
-    nu: complex = 1.0
-    balance, stiffness = at(nu)
-    for _ in range(MOST_STEPS):
-        if not np.real(stiffness) > 0:
-            break
-        step = balance / stiffness
-        # What the rounding of the balance, terms of the size of the force, does to ν.
-        if abs(step) <= SETTLED * (1 + abs(values["force"]) / abs(stiffness)):
-            return nu - step
-        # Not beyond zero length, nor beyond the largest load that the rod can carry, where K1 changes sign.
-        while np.real(step) >= np.real(nu) or not np.real(at(nu - step)[1]) > 0:
-            step = step / 2
-            if abs(step) <= SETTLED:
-                break
-        nu = nu - step
+    numbers = [np.asarray(v) for name, v in values.items() if name != "xp"]
+    nu = np.ones(np.broadcast_shapes(*(v.shape for v in numbers)), dtype=np.result_type(*numbers, 1.0))
+    found = np.full_like(nu, np.nan)
+    open_ = np.ones(nu.shape, dtype=bool)
+    with np.errstate(all="ignore"):
         balance, stiffness = at(nu)
-    raise InputError(
-        f"rod {rod.model!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
-        f"above 0 with positive stretch stiffness balances it; take a smaller force"
+        last = np.full(nu.shape, np.inf)
+        for _ in range(MOST_STEPS):
+            open_ &= np.real(stiffness) > 0
+            step = np.where(open_, balance / stiffness, 0)
+            # What the rounding of the balance, terms of the size of the force, does to ν; where its terms are
+            # larger, the steps cease to shrink.
+            size = np.abs(step)
+            settled = open_ & (
+                (size <= SETTLED * (1 + np.abs(values["force"]) / np.abs(stiffness)))
+                | ((size < CLOSE) & (size > last / 4))
+            )
+            found = np.where(settled, nu - step, found)
+            open_ &= ~settled
+            if not open_.any():
+                break
+            # Not beyond zero length, nor beyond the largest load that the rod carries, where K1 changes sign.
+            while True:
+                balance, stiffness = at(nu - step)
+                far = (np.real(step) >= np.real(nu)) | ~(np.real(stiffness) > 0)
+                far &= open_
+                open_ &= ~(far & (np.abs(step) < CLOSE))  # the load is beyond the largest one
+                far &= open_
+                if not far.any():
+                    break
+                step = np.where(far, step / 2, step)
+            nu, last = nu - step, np.abs(step)
+    return found
+
+
+def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], Any], str], ...]:
+    """What must be positive at these nodes: name, value, and the reason."""
+    length, convex = "the straight rod must have positive length", "its energy must be convex there"
+    return (
+        ("the stretch", lambda: straight.stretch(u)[0], length),  # first: the others may divide by it
+        ("the stretch stiffness", lambda: straight("stretch_stiffness", u=u), convex),
+        ("the shear stiffness", lambda: straight("y_row", u=u)[2], convex),
+        ("the bending stiffness", lambda: straight("theta_row", u=u)[5], convex),
+        ("the axial drag", lambda: straight("drag_weights", u=u)[0], "drag must be positive"),
+        ("the transverse drag", lambda: straight("drag_weights", u=u)[1], "drag must be positive"),
+        ("the rotational drag", lambda: straight("drag_weights", u=u)[2], "drag must be positive"),
     )
 
 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    length, convex = "the straight rod must have positive length", "its energy must be convex there"
-    checks: tuple[tuple[str, Callable[[], Any], str], ...] = (
-        ("the stretch", lambda: straight.stretch(ENDS)[0], length),  # first: the others may divide by it
-        ("the stretch stiffness", lambda: straight("stretch_stiffness", u=ENDS), convex),
-        ("the shear stiffness", lambda: straight("y_row", u=ENDS)[2], convex),
-        ("the bending stiffness", lambda: straight("theta_row", u=ENDS)[5], convex),
-        ("the axial drag", lambda: straight("drag_weights", u=ENDS)[0], "drag must be positive"),
-        ("the transverse drag", lambda: straight("drag_weights", u=ENDS)[1], "drag must be positive"),
-        ("the rotational drag", lambda: straight("drag_weights", u=ENDS)[2], "drag must be positive"),
-    )
-    for what, value, assumption in checks:
+    for what, value, assumption in assumptions(straight, ENDS):
         least = float(np.min(np.real(value())))
         if not least > 0:
             raise InputError(

@@ -19,7 +19,7 @@ from typing import Any, cast
 import numpy as np
 
 from rodwnl import __version__, kernels
-from rodwnl.batch import ACCURACY, MOST, Status
+from rodwnl.batch import ACCURACY, MOST, PER_ROD, Status
 from rodwnl.batch_characteristic import Real
 from rodwnl.engines import Values, cores, on_dask, on_this_machine
 from rodwnl.errors import InputError
@@ -31,11 +31,12 @@ MOST_REASONS = 1000  # kept in the file
 
 Progress = Callable[[int, int], None]  # rods done, rods in all
 
-# name: (dtype, unit, description); all but status and count once per threshold
+# name: (dtype, unit, description); all but those of PER_ROD once per threshold
 VARIABLES = {
     "status": ("i1", "1", "how the search ended for this rod"),
     "count": ("i1", "1", "number of Hopf thresholds of the leading eigenvalue in the range searched"),
-    "force": ("f8", "k3 L-2", "follower force F_c at the threshold"),
+    "buckling_force": ("f8", "k3 L-2", "force at which a leading real eigenvalue first crosses zero"),
+    "force": ("f8", "k3 L-2", "force F_c at the threshold"),
     "omega": ("f8", "k3 gamma2-1 L-4", "frequency at the threshold"),
     "alpha_re": ("f8", "k3 gamma2-1 L-6", "real part of alpha; dA/dt = alpha |A|^2 A + beta (F - F_c) A"),
     "alpha_im": ("f8", "k3 gamma2-1 L-6", "imaginary part of alpha"),
@@ -99,7 +100,7 @@ def sweep(
     missing = [i for i in range(len(blocks)) if not plan.part(i).exists()]
     done = grid.size - sum(_size(blocks[i]) for i in missing)
     progress(done, grid.size)
-    tasks = ((i, grid.rods(blocks[i]), grid.max_force) for i in missing)
+    tasks = ((i, grid.rods(blocks[i]), grid.max_force, grid.model) for i in missing)
     results = on_dask(tasks, scheduler) if scheduler else on_this_machine(tasks, workers or cores())
     for number, values in results:
         with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
@@ -143,8 +144,8 @@ def provenance(grid: Grid) -> dict[str, str]:
     """What decides the numbers: program, rod, emitted code, accuracy, the grid and how it is cut."""
     return {
         "program": f"rodwnl {__version__}",
-        "rod": kernels.DEFAULT,
-        "emitted_code": kernels.fingerprint(kernels.DEFAULT),
+        "rod": Path(grid.model).name,
+        "emitted_code": kernels.fingerprint(grid.model),
         "accuracy": repr(ACCURACY),
         "grid": grid.description,
         "rods_per_block": str(BLOCK),
@@ -184,7 +185,7 @@ def _require_same(plan: Plan, found: dict[str, str]) -> None:
 
 def _expected_size(grid: Grid) -> int:
     per_rod = sum(
-        np.dtype(kind).itemsize * (MOST if name not in ("status", "count") else 1)
+        np.dtype(kind).itemsize * (MOST if name not in PER_ROD else 1)
         for name, (kind, *_) in VARIABLES.items()
     )
     return 2 * grid.size * per_rod
@@ -214,19 +215,19 @@ def _loaded(plan: Plan) -> Iterator[tuple[Block, Values]]:
 
 def _failures(plan: Plan, block: Block, values: Values) -> Iterator[tuple[str, str]]:
     for flat, why in json.loads(str(values["reasons"])).items():
-        rod = [x.ravel()[int(flat)] for x in plan.grid.rods(block)]
-        yield ", ".join(f"{n} = {x:.17g}" for n, x in zip(PARAMETERS, rod, strict=True)), why
+        rod = {name: x.ravel()[int(flat)] for name, x in plan.grid.rods(block).items()}
+        yield ", ".join(f"{name} = {x:.17g}" for name, x in rod.items()), why
 
 
 def _coordinates(grid: Grid) -> Iterator[tuple[str, tuple[str, ...], Real, dict[str, str]]]:
-    for name, (unit, text) in PARAMETERS.items():
-        values = grid.values[name]
+    for name, values in grid.values.items():
+        unit, text = PARAMETERS.get(name, ("1", f"parameter of the rod {Path(grid.model).name}"))
         dims = () if values.ndim == 0 else ((name if name in grid.dims else "rod"),)
         yield name, dims, values, {"long_name": text, "units": unit}
 
 
 def _title(plan: Plan) -> dict[str, str]:
-    return {"title": "Hopf thresholds and Landau coefficients of follower-force rods"} | plan.provenance
+    return {"title": "Hopf thresholds and Landau coefficients of rods"} | plan.provenance
 
 
 def _to_netcdf(plan: Plan) -> None:
@@ -239,7 +240,7 @@ def _to_netcdf(plan: Plan) -> None:
         for name, dims, numbers, attributes in _coordinates(grid):
             file.create_variable(name, dims, data=numbers).attrs.update(attributes)
         for name, (kind, *_) in VARIABLES.items():
-            own = () if name in ("status", "count") else (MOST,)
+            own = () if name in PER_ROD else (MOST,)
             variable = file.create_variable(
                 name, grid.dims + (("threshold",) if own else ()), kind, chunks=(*chunk, *own),
                 compression="gzip", compression_opts=1, shuffle=True,
@@ -247,7 +248,7 @@ def _to_netcdf(plan: Plan) -> None:
             )  # fmt: skip
             variable.attrs.update(_attributes_of(name))
             if grid.dims == ("rod",):
-                variable.attrs["coordinates"] = " ".join(PARAMETERS)
+                variable.attrs["coordinates"] = " ".join(grid.values)
         failures: list[tuple[str, str]] = []
         for block, values in _loaded(plan):
             for name in VARIABLES:
@@ -266,7 +267,7 @@ def _to_zarr(plan: Plan) -> None:
         array = root.create_array(name, data=np.asarray(numbers))
         array.attrs.update(attributes | {"_ARRAY_DIMENSIONS": list(dims)})
     for name, (kind, *_) in VARIABLES.items():
-        own = () if name in ("status", "count") else (MOST,)
+        own = () if name in PER_ROD else (MOST,)
         array = root.create_array(
             name, shape=(*grid.shape, *own), chunks=(*chunk, *own), dtype=kind,
             fill_value=np.nan if kind == "f8" else None,
@@ -274,7 +275,7 @@ def _to_zarr(plan: Plan) -> None:
         plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in _attributes_of(name).items()}
         array.attrs.update(plain | {"_ARRAY_DIMENSIONS": [*grid.dims, *(["threshold"] if own else [])]})
         if grid.dims == ("rod",):
-            array.attrs["coordinates"] = " ".join(PARAMETERS)
+            array.attrs["coordinates"] = " ".join(grid.values)
     failures: list[tuple[str, str]] = []
     for block, values in _loaded(plan):
         for name in VARIABLES:

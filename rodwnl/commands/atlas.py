@@ -2,11 +2,13 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from rodwnl.errors import InputError
+from rodwnl.options import Model, Parameter, read_model
+from rodwnl.parameters import PLAIN, exact
 
 
 def command(
@@ -14,6 +16,8 @@ def command(
     points: Annotated[int, typer.Option(metavar="N", help="Rods along each side of a map.")] = 160,
     workers: Annotated[int | None, typer.Option(metavar="N", help="Processes. Default: one a core.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an earlier atlas.")] = False,
+    model: Model = None,
+    parameter: Parameter = None,
 ) -> None:
     """Compute and draw the maps of criticality: three planes (k1, k2), and one plane (k1, gamma3).
 
@@ -30,5 +34,8 @@ def command(
         raise InputError(f"{out} is not empty: give --overwrite to replace the atlas in it, or another --out")
     if out.exists() and not out.is_dir():
         raise InputError(f"{out} is not a folder")
-    make(out, points, workers, watch=lambda text: print(text, file=sys.stderr))
+    other: dict[str, Any] = read_model(model, parameter or [])
+    name = other.pop("model", PLAIN)
+    own = {n: float(exact(n, text)) for n, text in other.items()}
+    make(out, points, workers, lambda text: print(text, file=sys.stderr), name, own)
     print(f"{out}: maps (.svg, .png), data (.nc), special curves (.csv), counts and witnesses (summary.json)")

@@ -4,29 +4,30 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rodwnl import kernels
 from rodwnl.errors import InputError
-from rodwnl.options import Json
+from rodwnl.options import Json, Model, Parameter, read_model
 from rodwnl.output import complex_number, number, print_json, print_table
-from rodwnl.parameters import RodParameters, decimal_text, positive, shown
+from rodwnl.parameters import PLAIN, RodParameters, decimal_text, exact, positive, shown
 
 if TYPE_CHECKING:
     from rodwnl.curves import Curve, SpecialPoint
 
 NAMES = ("k1", "k2", "gamma3", "gamma1")
-Parameter = Annotated[
-    str | None, typer.Option(metavar="X", help="As for `rodwnl landau`; not if it is varied.")
-]
+Value = Annotated[str | None, typer.Option(metavar="X", help="As for `rodwnl landau`; not if it is varied.")]
 
 
 def command(
     vary: Annotated[str, typer.Option(metavar="NAME[,NAME]", help="The parameter, or two of them.")],
     start: Annotated[str, typer.Option("--from", metavar="X[,X]", help="Where they begin.")],
     stop: Annotated[str, typer.Option("--to", metavar="X[,X]", help="Where they end.")],
-    k1: Parameter = None,
-    k2: Parameter = None,
-    gamma3: Parameter = None,
-    gamma1: Parameter = None,
+    k1: Value = None,
+    k2: Value = None,
+    gamma3: Value = None,
+    gamma1: Value = None,
     threshold: Annotated[int, typer.Option(metavar="N", help="Which threshold, by increasing force.")] = 1,
+    model: Model = None,
+    parameter: Parameter = None,
     json: Json = False,
 ) -> None:
     """Follow a Hopf threshold as a parameter varies, through turning points, and locate the special points.
@@ -35,15 +36,19 @@ def command(
     pairs of eigenvalues on the axis at once). With two parameters, --vary k1,k2, the special points found as
     the first one varies are followed as curves in the plane until the second one is at its end.
     """
-    from rodwnl.curves import special_curve, threshold_curve
+    from rodwnl.curves import equations, special_curve, threshold_curve, unit
     from rodwnl.spectrum import hopf_thresholds
 
-    names = _names(vary)
+    other = read_model(model, parameter or [])
+    names = _names(vary, other.get("model"))
     begin, end = _numbers("--from", start, names), _numbers("--to", stop, names)
     for name, a, b in zip(names, begin, end, strict=True):
         if a == b:
             raise InputError(f"--from and --to are both {shown(a)} for {name}: there is nothing to vary")
-    rod = _rod({"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}, dict(zip(names, begin, strict=True)))
+    given = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1} | other
+    rod = _rod(given, dict(zip(names, begin, strict=True)))
+    units = {name: unit(name, a, b) for name, a, b in zip(names, begin, end, strict=True)}
+    equations(rod, units)  # refuses what has no curves before the search
     search = hopf_thresholds(rod)
     if not 1 <= threshold <= len(search):
         raise InputError(
@@ -51,12 +56,12 @@ def command(
             f"threshold{'' if len(search) == 1 else 's'} up to force {decimal_text(search.max_force)}"
         )
     at = search[threshold - 1]
-    curve, special = threshold_curve(rod.floats(), names[0], (at.force, at.omega), end[0])
+    curve, special = threshold_curve(rod, names[0], (at.force, at.omega), end[0])
     pair = (names[0], names[-1])
     curves = [(p, special_curve(p, pair, end[1])) for p in special] if len(names) == 2 else []
     if json:
         document: dict[str, Any] = {
-            "rod": rod.texts(),
+            "rod": rod.texts() | ({} if rod.model == PLAIN else {"model": rod.model_name}),
             "vary": list(names),
             "points": [_point(p) for p in special],
             "curve": _curve(curve),
@@ -68,11 +73,12 @@ def command(
     _print(rod, names, curve, special, curves)
 
 
-def _names(text: str) -> list[str]:
+def _names(text: str, model: str | None) -> list[str]:
     names = [name.strip() for name in text.split(",")]
+    known = (*NAMES, *(kernels.own_parameters(model) if model else ()))
     for name in names:
-        if name not in NAMES:
-            raise InputError(f"--vary is {shown(text)}, but what can vary is {', '.join(NAMES)}")
+        if name not in known:
+            raise InputError(f"--vary is {shown(text)}, but what can vary is {', '.join(known)}")
     if len(names) > 2 or len(set(names)) < len(names):
         raise InputError(f"--vary is {shown(text)}, but it takes one parameter or two different ones")
     if names[0] == "gamma1":
@@ -84,13 +90,17 @@ def _numbers(option: str, text: str, names: list[str]) -> list[float]:
     texts = [part.strip() for part in text.split(",")]
     if len(texts) != len(names):
         raise InputError(f"{option} is {shown(text)}, but it needs one value for each of {', '.join(names)}")
-    return [float(positive(f"{option} ({name})", part)) for name, part in zip(names, texts, strict=True)]
+    return [
+        float((positive if name in NAMES else exact)(f"{option} ({name})", part))
+        for name, part in zip(names, texts, strict=True)
+    ]
 
 
 def _rod(given: dict[str, str | None], varied: dict[str, float]) -> RodParameters:
     for name in varied:
-        if given[name] is not None:
-            raise InputError(f"--{name} is given, but {name} varies: it begins at --from")
+        if given.get(name) is not None:
+            option = name if name in NAMES else f"parameter {name}"
+            raise InputError(f"--{option} is given, but {name} varies: it begins at --from")
     values: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | varied
     if missing := [name for name in NAMES[:3] if name not in values]:
         raise InputError(f"the rod also needs {' and '.join(f'--{name}' for name in missing)}")
@@ -98,7 +108,7 @@ def _rod(given: dict[str, str | None], varied: dict[str, float]) -> RodParameter
 
 
 def _point(p: "SpecialPoint") -> dict[str, Any]:
-    values = dict(zip(NAMES, map(repr, p.rod), strict=True))
+    values = {name: repr(x) for name, x in p.rod.items()}
     second = {} if p.omega2 is None else {"omega2": repr(p.omega2)}
     coefficients = {name: [repr(z.real), repr(z.imag)] for name, z in (("alpha", p.alpha), ("beta", p.beta))}
     whole = {"type": p.type} | values | {"force": repr(p.force), "omega": repr(p.omega)} | second
@@ -109,7 +119,7 @@ def _curve(curve: "Curve") -> dict[str, Any]:
     def texts(numbers: Any) -> list[str]:
         return [repr(x) for x in numbers.tolist()]
 
-    columns = {name: texts(curve.rods[NAMES.index(name)]) for name in curve.vary}
+    columns = {name: texts(curve.rods[name]) for name in curve.vary}
     columns |= {"force": texts(curve.force), "omega": texts(curve.omega)}
     if curve.omega2 is not None:
         columns["omega2"] = texts(curve.omega2)
@@ -125,12 +135,15 @@ def _print(
     special: "tuple[SpecialPoint, ...]",
     curves: "list[tuple[SpecialPoint, Curve]]",
 ) -> None:
+    which = "" if rod.model == PLAIN else f" of the rod {rod.model_name!r}"
     fixed = ", ".join(f"{name} = {text}" for name, text in rod.texts().items() if name not in names)
-    print(f"A threshold as {names[0]} varies, with {fixed}: {len(curve.force)} points until {curve.end}.")
+    print(
+        f"A threshold{which} as {names[0]} varies, with {fixed}: {len(curve.force)} points until {curve.end}."
+    )
     rows = [
         [
             what,
-            *(f"{x:.6g}" for x in (curve.rods[NAMES.index(names[0])][i], curve.force[i], curve.omega[i])),
+            *(f"{x:.6g}" for x in (curve.rods[names[0]][i], curve.force[i], curve.omega[i])),
             "",
             "",
         ]
@@ -138,7 +151,7 @@ def _print(
     ]
     placed = [
         [
-            p.type, number(p.rod[NAMES.index(names[0])], p.error * p.rod[NAMES.index(names[0])]),
+            p.type, number(p.rod[names[0]], p.error * (p.units[names[0]] or p.rod[names[0]])),
             number(p.force, p.error * p.force), number(p.omega, p.error * p.omega),
             complex_number(p.alpha, 1e-8 * abs(p.alpha)), complex_number(p.beta, 1e-8 * abs(p.beta)),
         ]
@@ -149,10 +162,10 @@ def _print(
         print("There are no special points on it.")
     for p, followed in curves:
         print(
-            f"The {p.type} point from {names[0]} = {p.rod[NAMES.index(names[0])]:.8g} as {names[1]} varies, "
+            f"The {p.type} point from {names[0]} = {p.rod[names[0]]:.8g} as {names[1]} varies, "
             f"until {followed.end}:"
         )
-        columns = [followed.rods[NAMES.index(name)] for name in followed.vary] + [
+        columns = [followed.rods[name] for name in followed.vary] + [
             followed.force,
             followed.omega,
         ]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rodwnl.errors import InputError
+from rodwnl.options import Model, Parameter, read_assignments
 
 if TYPE_CHECKING:
     from rodwnl.sweep import Progress
@@ -30,12 +31,15 @@ def command(
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what an earlier run left.")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Remove an earlier output first.")] = False,
+    model: Model = None,
+    parameter: Parameter = None,
 ) -> None:
     """Compute every rod of a grid: all thresholds, alpha, beta, and a status per rod, as netCDF or zarr.
 
     The grid is a TOML file: a table [k1] with log = [20, 1e6] and points = 100 (or linear, values, value),
-    the same for k2, gamma3, gamma1; with a table [sampling] (method sobol or latin-hypercube, points, seed)
-    rods are drawn from these ranges. A run that was interrupted, even killed, goes on with --resume.
+    the same for k2, gamma3, gamma1. With model = "NAME|FILE" it is about another rod, whose own parameters
+    are tables too. With a table [sampling] (method sobol or latin-hypercube, points, seed) rods are drawn
+    from these ranges. A run that was interrupted, even killed, goes on with --resume.
     """
     from rodwnl.grids import read_grid
     from rodwnl.sweep import sweep
@@ -43,7 +47,7 @@ def command(
     if workers is not None and scheduler is not None:
         raise InputError("--workers is for this machine and --scheduler for another: give one of them")
     number = None if workers is None else _count(workers)
-    rods = read_grid(grid)
+    rods = read_grid(grid, model, read_assignments(parameter or []))
     path = out or grid.with_suffix(".nc")
     with _progress() as progress:
         sweep(

@@ -42,11 +42,11 @@ def test_special_curves_separate_what_they_should(sheet):
     """On both sides of the closing curve of the window: two thresholds, and none."""
     from rodwnl import landau_batch
 
-    closings = [c for kind, c in sheet.curves if kind == "closing" and c.rods[1].max() > 1e5]
+    closings = [c for kind, c in sheet.curves if kind == "closing" and c.rods["k2"].max() > 1e5]
     assert closings
     curve = closings[0]
-    at = int(np.argmin(np.abs(curve.rods[1] - 1e5)))
-    k1, k2, gamma3, _ = curve.rods[:, at]
+    at = int(np.argmin(np.abs(curve.rods["k2"] - 1e5)))
+    k1, k2, gamma3, _ = (x[at] for x in curve.rods.values())
     assert landau_batch(k1 * np.array([1 - 1e-6, 1 + 1e-6]), k2, gamma3).count.tolist() == [0, 2]
 
 

@@ -6,6 +6,7 @@ from rodwnl import batch_characteristic as closed
 from rodwnl import batch_coefficients as coefficients
 from rodwnl import batch_spectrum as spectrum
 from rodwnl.batch import MOST, Status
+from rodwnl.batch_rods import Rods
 from rodwnl.characteristic import characteristic
 from rodwnl.errors import InputError
 from rodwnl.inverse import leading_eigenvalues, unstable_count
@@ -20,6 +21,13 @@ def rods(count, seed, top=6.0):
     low = np.log10([20, 5, 10.0**-top, 0.05])
     high = np.array([top, top, 0, np.log10(2)])
     return tuple(10 ** (low + (high - low) * rng.random((count, 4))).T)
+
+
+def batch_of(k1, k2, gamma3, gamma1=0.5, model="follower", **own):
+    """Rods as the stages of the batch take them."""
+    given = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1} | own
+    arrays = np.broadcast_arrays(*map(np.atleast_1d, given.values()))
+    return Rods(model, dict(zip(given, arrays, strict=True)))
 
 
 def windows(count, seed):
@@ -175,22 +183,18 @@ def test_closed_form_is_the_determinant():
     k1, k2, gamma3, _ = rods(30, 6)
     rng = np.random.default_rng(6)
     force = np.minimum(k1, 400) * rng.random(30)
+    straight = batch_of(k1, k2, gamma3).at(force)
     lam = force * (rng.normal(size=(2, 30)) + 1j * rng.uniform(1, 10, (2, 30)))
     ratios = []
     for z in lam:
-        D = closed.characteristic((k1, k2, gamma3), force, z)
+        D = closed.characteristic(closed.problem(straight), z)
         value, growth, _ = np.array(
             [
                 characteristic((a, b, c, 0.5), f, x)
                 for a, b, c, f, x in zip(k1, k2, gamma3, force, z, strict=True)
             ]
         ).T
-        r = np.array(
-            [
-                closed.exponents((a, b, c), f, x / 1j)
-                for a, b, c, f, x in zip(k1, k2, gamma3, force, z, strict=True)
-            ]
-        )
+        r = closed.exponents(straight, z / 1j)
         ratios.append(D.scaled * np.exp(r.sum(axis=1) - growth) / value)
     # equal up to a factor that does not depend on λ, and is real
     np.testing.assert_allclose(ratios[0], ratios[1], rtol=1e-7)
@@ -200,15 +204,19 @@ def test_closed_form_is_the_determinant():
 def test_jets_are_derivatives():
     k1, k2, gamma3, _ = rods(20, 7)
     force, lam = np.minimum(k1, 400) / 3, 50 + 300j * np.ones(20)
-    D, D_F, D_lam = closed.jet((k1, k2, gamma3), force, lam)
-    same, slopes = closed.gradient((k1, k2, gamma3), force, lam)
-    assert np.array_equal(D, same)
+    names = ("k1", "k2", "gamma3")
+    D, D_F, D_lam = closed.jet(closed.problem_with_slopes(batch_of(k1, k2, gamma3), force), lam)
+    same, slopes = closed.gradient(batch_of(k1, k2, gamma3), names, force, lam)
+    np.testing.assert_allclose(D, same, rtol=1e-12)
     np.testing.assert_allclose([D_F, D_lam], slopes[3:], rtol=1e-12)
     arguments = [k1, k2, gamma3, force, lam]
     for i, slope in enumerate(slopes):
         h = 1e-5 * arguments[i]
         ahead, back = ([a + s * h if j == i else a for j, a in enumerate(arguments)] for s in (1, -1))
-        values = [closed.characteristic(tuple(a[:3]), a[3], a[4]).scaled for a in (ahead, back)]
+        values = [
+            closed.characteristic(closed.problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled
+            for a in (ahead, back)
+        ]
         np.testing.assert_allclose(
             slope * h, (values[0] - values[1]) / 2, atol=1e-7 * np.abs(D).max(), rtol=1e-5
         )
@@ -220,8 +228,8 @@ def test_eigenvalues_are_zeros():
     eigenvalues, slopes = leading_eigenvalues(parameters, forces)
     for force, lams, by_force in zip(forces, eigenvalues, slopes, strict=True):
         at = int(np.argmax(np.where(lams.imag > 0, lams.real, -np.inf)))
-        one = tuple(np.array([p]) for p in parameters[:3])
-        D, D_F, D_lam = closed.jet(one, np.array([force]), lams[[at]])
+        one = batch_of(*parameters)
+        D, D_F, D_lam = closed.jet(closed.problem_with_slopes(one, np.array([force])), lams[[at]])
         assert abs(D / D_lam) < 1e-9 * abs(lams[at])
         assert -D_F / D_lam == pytest.approx(by_force[at], rel=1e-6)
         guess = lams[[at]] * (1 + 1e-2)
@@ -234,13 +242,13 @@ def test_eigenvalues_are_zeros():
 def test_unstable_pairs_are_counted(top):
     k1, k2, gamma3, gamma1 = rods(150, 8, top)
     force = np.minimum(k1, 400) * np.random.default_rng(8).random(150) ** 2
-    found = spectrum.lines((k1, k2, gamma3), np.arange(150), force)
+    found = spectrum.lines(batch_of(k1, k2, gamma3), np.arange(150), force)
     expected = [
         unstable_count((a, b, c, d), f) for a, b, c, d, f in zip(k1, k2, gamma3, gamma1, force, strict=True)
     ]
     few = np.array(expected) < 16  # the operator of the single-rod route resolves no more
-    assert np.array_equal(2 * found.pairs[few], np.array(expected)[few])
-    assert np.all(found.pairs[~few] > 0)
+    assert np.array_equal(found.unstable[few], np.array(expected)[few])
+    assert np.all(found.unstable[~few] > 0)
 
 
 # ---- the coefficients
@@ -269,7 +277,7 @@ def test_more_nodes_change_nothing(monkeypatch):
 def test_residuals_betray_what_is_not_a_threshold():
     """At a force that is not a threshold the conditions that were not used do not hold."""
     found = landau_batch(1e4, 1e4, 1e-4)
-    parameters = tuple(np.array([p]) for p in (1e4, 1e4, 1e-4, 0.5))
+    parameters = batch_of(1e4, 1e4, 1e-4)
     force, omega = found.force[:1], found.omega[:1]
     assert coefficients.coefficients(parameters, force, omega).residual < 1e-12
     for off in ((1 + 1e-6, 1), (1, 1 + 1e-6)):

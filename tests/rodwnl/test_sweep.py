@@ -48,7 +48,7 @@ def test_blocks_cover_the_grid_once(most):
     for block in g.blocks(most):
         assert np.prod(block.shape) <= most
         seen[block.slices] += 1
-        k1, k2, gamma3, gamma1 = g.rods(block)
+        k1, k2, gamma3, gamma1 = g.rods(block).values()
         whole = np.meshgrid(g.values["k1"], g.values["k2"], g.values["gamma1"], indexing="ij")
         for part, values in zip((k1, k2, gamma1), whole, strict=True):
             np.testing.assert_array_equal(part, values[block.slices])
@@ -158,8 +158,8 @@ def test_failures_are_written_with_their_reasons(tmp_path, monkeypatch):
     g = grid({"k1": {"values": [1e4, 1e5]}, "k2": 1e4, "gamma3": 1e-4})
     real = engines.landau_batch
 
-    def failing(k1, *others):
-        return real(k1 * [np.nan, 1], *others)
+    def failing(k1, **others):
+        return real(k1 * [np.nan, 1], **others)
 
     monkeypatch.setattr(engines, "landau_batch", failing)
     monkeypatch.setattr(

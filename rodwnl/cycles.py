@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from rodwnl.collocation import chebyshev, interpolation
 from rodwnl.nilpotent import nilpotent
-from rodwnl.normalform import NormalForm, _Discrete
+from rodwnl.normalform import DiscreteRod, NormalForm
 from rodwnl.strainform import RodLaw, integrals, strains
 
 Array = NDArray[np.float64]
@@ -93,8 +93,8 @@ class OrbitSystem:
     omega_scale: float
 
     @cached_property
-    def rod(self) -> _Discrete:
-        return _Discrete(self.law, self.degree)
+    def rod(self) -> DiscreteRod:
+        return DiscreteRod(self.law, self.degree)
 
     @cached_property
     def odd(self) -> NDArray[np.bool_]:
@@ -163,7 +163,7 @@ class OrbitSystem:
         """x, y, θ at phases and all nodes, (len(phases), N+1) each."""
         states = self._at(X, phases) * self._amplitudes(float(X[-1]))[1].real
         up = integrals(self.degree).up.T
-        h1, h2, pi = (z.part() for z in strains(*self.rod._split(nilpotent(states)), self.degree))
+        h1, h2, pi = (z.part() for z in strains(*self.rod.split(nilpotent(states)), self.degree))
         theta = pi @ up
         c, sine = np.cos(theta), np.sin(theta)
         return (h1 * c - h2 * sine) @ up, (h1 * sine + h2 * c) @ up, theta

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rodwnl.errors import ComputationError
 from rodwnl.nilpotent import nilpotent
-from rodwnl.normalform import NormalForm, _Discrete
+from rodwnl.normalform import DiscreteRod, NormalForm
 from rodwnl.strainform import RodLaw, tip
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def law_cycle(law: RodLaw, onset: NormalForm, amplitude: float, count: int = 12)
 
     Raises ComputationError where Newton's method does not converge.
     """
-    rod = _Discrete(law, onset.degree)
+    rod = DiscreteRod(law, onset.degree)
     phases = 2 * np.pi * np.arange(count) / count
     waves = np.exp(1j * phases)[:, None] * onset.mode
     states = rod.straight(onset.force) + amplitude * waves.real
@@ -59,7 +59,7 @@ def law_cycle(law: RodLaw, onset: NormalForm, amplitude: float, count: int = 12)
             matrix[rows, rows] -= rod.jacobian(w, force)
             row = rod.tip_row(w, force)
             matrix[-2, rows], matrix[-1, rows] = harmonic[j].real * row, harmonic[j].imag * row
-            tips[j] = tip(*rod._split(nilpotent(w)), onset.degree)[1].part()
+            tips[j] = tip(*rod.split(nilpotent(w)), onset.degree)[1].part()
         matrix[:-2, -2] = (D @ states @ rod.mass.T).ravel()
         pull = rod.derivative(states, force, (np.zeros_like(states), 1.0))
         matrix[:-2, -1] = -pull.ravel()

@@ -18,7 +18,7 @@ from rodwnl.collocation import chebyshev
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError
 from rodwnl.nilpotent import nilpotent
-from rodwnl.normalform import _Discrete
+from rodwnl.normalform import DiscreteRod
 from rodwnl.parameters import RodParameters
 from rodwnl.storage import require
 from rodwnl.strainform import integrals
@@ -36,7 +36,7 @@ class LawForm:
     `normalform` strings them, (3(N+1) + 3,).
     """
 
-    rod: _Discrete
+    rod: DiscreteRod
     force: float
 
     @property
@@ -139,7 +139,7 @@ class LawForm:
         return along / self.force, across / self.force
 
     def _strains(self, states: Array) -> tuple[Array, Array, Array]:
-        ends, slopes = self.rod._split(nilpotent(states))
+        ends, slopes = self.rod.split(nilpotent(states))
         down = integrals(self.rod.degree).down.T
         h1, h2, pi = (end.part() - w.part() @ down for end, w in zip(ends, slopes, strict=True))
         return h1, h2, pi
@@ -147,4 +147,4 @@ class LawForm:
 
 def law_form(rod: RodParameters, force: float, degree: int) -> LawForm:
     """Any rod under this force, on Chebyshev points of this degree."""
-    return LawForm(_Discrete(emitted_law(rod), degree), force)
+    return LawForm(DiscreteRod(emitted_law(rod), degree), force)

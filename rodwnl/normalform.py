@@ -56,7 +56,7 @@ def normal_form(law: RodLaw, force: float, omega: float, degree: int = 32) -> No
 
     Raises ComputationError where Newton's iteration does not arrive at a Hopf point.
     """
-    rod = _Discrete(law, degree)
+    rod = DiscreteRod(law, degree)
     force, omega, q, p = _hopf_point(rod, force, omega)
     w, E = rod.straight(force), rod.mass
     L = rod.jacobian(w, force)
@@ -80,7 +80,7 @@ def normal_form(law: RodLaw, force: float, omega: float, degree: int = 32) -> No
 
 
 @dataclass(frozen=True)
-class _Discrete:
+class DiscreteRod:
     """The law on one grid, the state strung into one vector: 3(N+1) slopes, then 3 strains at the tip."""
 
     law: RodLaw
@@ -113,7 +113,7 @@ class _Discrete:
         """D^k R(w, F) along k directions (dw, dF) of the shape of w and number; R itself for k = 0."""
         slopes = nilpotent(w, *((i, d) for i, (d, _) in enumerate(directions, 1)))
         loads = nilpotent(force, *((i, d) for i, (_, d) in enumerate(directions, 1)))
-        fields, ends = residual(self.law, *self._split(slopes), loads, self.degree)
+        fields, ends = residual(self.law, *self.split(slopes), loads, self.degree)
         wanted = range(1, len(directions) + 1)
         *many, _ = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
         parts = [np.broadcast_to(row.part(*wanted), (*many, self.degree + 1)) for row in fields]
@@ -133,10 +133,10 @@ class _Discrete:
     def tip_row(self, w: Vector, force: float) -> Vector:
         """ℓ: slopes -> transverse displacement of the tip, linearised."""
         slopes = nilpotent(w, (1, np.eye(w.size)))
-        row: Vector = tip(*self._split(slopes), self.degree)[1].part(1)
+        row: Vector = tip(*self.split(slopes), self.degree)[1].part(1)
         return row
 
-    def _split(self, state: Nilpotent) -> tuple[Triple, Triple]:
+    def split(self, state: Nilpotent) -> tuple[Triple, Triple]:
         """The strains at the tip and the slopes."""
         n = self.degree + 1
 
@@ -149,7 +149,7 @@ class _Discrete:
         )
 
 
-def _hopf_point(rod: _Discrete, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
+def _hopf_point(rod: DiscreteRod, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
     """(F, ω, q, p) with L(F) q = iω E q, p* L = iω p* E, ℓ q = 1, p* E q = 1.
 
     Newton's method on the scalar g(F, ω) of the bordered systems (Govaerts, Numerical Methods for

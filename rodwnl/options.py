@@ -58,7 +58,8 @@ Mesh = Annotated[
 _REQUIRED = {"k1": "Stretch stiffness.", "k2": "Shear stiffness.", "gamma3": "Rotational drag."}
 _OPTIONAL = {"gamma1": "Axial drag. Default: half the transverse drag."}
 _SI = {
-    "length": "Length (m). Given with --k3 and --gamma2, all values are read and printed in SI units.",
+    "length": "Length (m). Given with --k3 and --gamma2, values are read and tables printed in SI units; "
+    "--json stays dimensionless, with the scales beside.",
     "k3": "Bending stiffness (N m²).",
     "gamma2": "Transverse drag (N s/m²).",
 }

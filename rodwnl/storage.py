@@ -43,7 +43,7 @@ def replacing(path: Path) -> Iterator[Path]:
 def require_writable(path: Path, size: int = 0) -> None:
     """Before a long run: raise InputError unless a file of about `size` bytes can be put at `path`."""
     _require_replaceable(path)
-    folder = path.resolve().parent
+    folder = (path.resolve() if path.is_symlink() else path).parent
     if not folder.is_dir():
         raise InputError(f"cannot write {path}: the folder {folder} does not exist; make it first")
     try:

@@ -149,6 +149,7 @@ def provenance(grid: Grid) -> dict[str, str]:
         "accuracy": repr(ACCURACY),
         "grid": grid.description,
         "rods_per_block": str(BLOCK),
+        "variables": ", ".join(VARIABLES),
     }
 
 

@@ -34,11 +34,11 @@ def command(
     model: Model = None,
     parameter: Parameter = None,
 ) -> None:
-    """Compute every rod of a grid: all thresholds, alpha, beta, and a status per rod, as netCDF or zarr.
+    r"""Compute every rod of a grid: all thresholds, alpha, beta, and a status per rod, as netCDF or zarr.
 
-    The grid is a TOML file: a table [k1] with log = [20, 1e6] and points = 100 (or linear, values, value),
+    The grid is a TOML file: a table \[k1] with log = [20, 1e6] and points = 100 (or linear, values, value),
     the same for k2, gamma3, gamma1. With model = "NAME|FILE" it is about another rod, whose own parameters
-    are tables too. With a table [sampling] (method sobol or latin-hypercube, points, seed) rods are drawn
+    are tables too. With a table \[sampling] (method sobol or latin-hypercube, points, seed) rods are drawn
     from these ranges. A run that was interrupted, even killed, goes on with --resume.
     """
     from rodwnl.grids import read_grid

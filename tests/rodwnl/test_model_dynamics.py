@@ -16,7 +16,7 @@ from rodwnl.laws import LAWS
 from rodwnl.models import emitted
 from rodwnl.modelsimulation import law_form
 from rodwnl.nilpotent import exp, log, nilpotent
-from rodwnl.normalform import _Discrete
+from rodwnl.normalform import DiscreteRod
 from rodwnl.orbits import orbit_at
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict, predict_at
@@ -32,7 +32,7 @@ def test_emitted_laws_are_those_written_by_hand(model):
     """R and its exact first derivatives by state and force at a strained state."""
     rod = RodParameters(*SOFT, model=model)
     by_hand = LAWS[model](*SOFT, **{name: float(value) for name, value in rod.own})
-    one, other = (_Discrete(law, 12) for law in (emitted_law(rod), by_hand))
+    one, other = (DiscreteRod(law, 12) for law in (emitted_law(rod), by_hand))
     w = 0.1 * np.random.default_rng(3).standard_normal(one.size)
     w[-3] += 0.8
     pull = np.zeros_like(w), 1.0

@@ -7,7 +7,7 @@ import pytest
 
 from rodwnl.coefficients import landau
 from rodwnl.errors import ComputationError
-from rodwnl.normalform import NormalForm, _Discrete, normal_form
+from rodwnl.normalform import DiscreteRod, NormalForm, normal_form
 from rodwnl.parameters import RodParameters
 from rodwnl.strainform import follower, integrals, mass
 
@@ -69,7 +69,7 @@ def test_too_few_points_show_in_the_tail():
 def test_beta_is_the_slope_of_the_eigenvalue(rod, point):
     """dλ/dF by a centred difference of the spectrum, whose error falls fourfold with half the step."""
     form = find(rod, point)
-    discrete = _Discrete(follower(*rod), 32)
+    discrete = DiscreteRod(follower(*rod), 32)
 
     def eigenvalue(force: float) -> complex:
         L = discrete.jacobian(discrete.straight(force), force)
@@ -96,7 +96,7 @@ def test_beta_is_the_slope_of_the_eigenvalue(rod, point):
 
 def test_the_mode_has_unit_tip_displacement_and_the_adjoint_is_dual():
     form = find(*POINTS[0])
-    discrete = _Discrete(follower(*POINTS[0][0]), 32)
+    discrete = DiscreteRod(follower(*POINTS[0][0]), 32)
     assert discrete.tip_row(discrete.straight(form.force), form.force) @ form.mode == pytest.approx(1)
     assert form.adjoint.conj() @ discrete.mass @ form.mode == pytest.approx(1)
     assert max(np.abs(form.mode[:33]).max(), abs(form.mode[-3])) < 1e-30  # no stretch at first order

@@ -15,7 +15,7 @@ from rodwnl.lawcycles import law_cycle
 from rodwnl.laws import LAWS
 from rodwnl.models import emitted
 from rodwnl.nilpotent import Nilpotent, cos, nilpotent, sin
-from rodwnl.normalform import _Discrete, normal_form
+from rodwnl.normalform import DiscreteRod, normal_form
 from rodwnl.parameters import RodParameters
 from rodwnl.responses import pitchfork
 from rodwnl.spectrum import hopf_thresholds
@@ -244,13 +244,13 @@ def test_the_stiff_limit(model, limit, tolerance):
 
 def buckled_force(law, force, degree, size):
     """The force under which the rod rests buckled with this tip displacement, by Newton's method."""
-    rod = _Discrete(law, degree)
+    rod = DiscreteRod(law, degree)
     w = rod.straight(force)
     still = np.zeros_like(w)
     mode = np.linalg.svd(rod.jacobian(w, force))[2][-1]
     w = w + mode * size / (rod.tip_row(w, force) @ mode)
     for _ in range(30):
-        y, y_w = tip(*rod._split(nilpotent(w)), degree)[1].part(), rod.tip_row(w, force)
+        y, y_w = tip(*rod.split(nilpotent(w)), degree)[1].part(), rod.tip_row(w, force)
         R, R_F = rod.derivative(w, force), rod.derivative(w, force, (still, 1.0))
         matrix = np.block([[rod.jacobian(w, force), R_F[:, None]], [y_w, np.zeros((1, 1))]])
         step = np.linalg.solve(matrix, np.append(R, y - size))

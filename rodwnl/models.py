@@ -94,7 +94,7 @@ def _derive(text: str, root: Path) -> Path:
     except ModelError as error:
         raise InputError(f"{text}: {error}") from None
     except EmissionError as error:
-        raise InputError(f"{text}: {error}; give such a number as a parameter with a default") from None
+        raise InputError(f"{text}: {error}") from None
     root.mkdir(parents=True, exist_ok=True, mode=0o700)
     write(files, root)
     return root / model.name

@@ -1,5 +1,6 @@
 """Rods from files: formulas are read by a grammar and never evaluated; errors say where they are."""
 
+import ast
 import re
 import shlex
 import subprocess
@@ -16,7 +17,7 @@ from derivation.emit.write import render
 from derivation.errors import ModelError, ReadError
 from derivation.formula import FormulaError, read_formula
 from derivation.model import MODELS
-from derivation.modelfile import read_model
+from derivation.modelfile import LOADS, read_model
 from derivation.modules import package
 from derivation.pipeline import derive
 from derivation.symbols import symbol
@@ -24,6 +25,7 @@ from rodwnl import cli, kernels
 from rodwnl.errors import InputError
 from rodwnl.models import emitted
 
+SIDES = ("left", "right")
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NAMES = ("h1", "h2", "k1", "theta")
 H1, H2, K1 = symbol("h1"), symbol("h2"), symbol("k1")
@@ -188,6 +190,33 @@ def test_what_is_no_model_is_refused(text, message):
 def test_an_error_in_a_formula_is_found_in_the_file(edit, message):
     with pytest.raises(ReadError, match=message):
         read_model(changed(edit))
+
+
+@pytest.mark.parametrize("transverse", ["0", "2/7"])
+@pytest.mark.parametrize("axial", ["0", "1/3"])
+@pytest.mark.parametrize(
+    ("main", "turning"),
+    [
+        *(("follower", ""), ("follower", "spring"), ("follower", "damper")),
+        *(("dead", ""), ("distributed", ""), ("distributed", "damper")),
+    ],
+)
+def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial, transverse):
+    """The derivation proves its own steps; variables without load at the tip exist where there is none."""
+    text = changed(('"follower"', f'"{main}"'))
+    text += f'[[load]]\nkind = "drag"\naxial = "{axial}"\ntransverse = "{transverse}"\n'
+    if turning:
+        text += f'[[load]]\nkind = "{turning}"\n{LOADS[turning][0]} = "3/2"\n'
+    derived = derive(read_model(text))
+    free = main != "dead" and not turning and axial == transverse == "0"
+    assert (derived.third.transformed is not None) == free
+    assert bool(derived.landau.norm.boundary) == (transverse != "0" or turning == "damper")
+    modules = render(package(derived))
+    assert ("mine/third_order.py" in modules) == free
+    for node in (node for text in modules.values() for node in ast.walk(ast.parse(text))):
+        literals = [isinstance(node, ast.BinOp) and isinstance(getattr(node, s), ast.Constant) for s in SIDES]
+        assert not (all(literals) and isinstance(node.op, ast.Div)), ast.unparse(node)
+        assert not (isinstance(node, ast.Constant) and isinstance(node.value, float))
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,7 @@ def expand_model(model: RodModel, order: int) -> Constitution:
 
 
 def multiplied_out(e: Expr) -> Expr:
-    """Products over sums, but exp(a + b) as it is: a lone exp(1/2) could not be emitted exactly."""
+    """Products over sums, but exp(a + b) as it is: it would fall apart into a constant and a function."""
     return e.expand(power_exp=False, power_base=False, log=False)
 
 

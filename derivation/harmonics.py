@@ -68,7 +68,7 @@ class Modes:
         """An expression in the fields, with the ansatz substituted."""
         images = {}
         for g in _generators(p):
-            jet = _parse_jet(str(g))
+            jet = parse_jet(str(g))
             if jet:
                 images[g] = self._jet(*jet)
         return self.ring.reduce(homomorphism(p, images, self.ring))
@@ -249,7 +249,7 @@ def _generators(p: PolyElement) -> list[PolyElement]:
     return [g for k, g in enumerate(p.ring.gens) if any(m[k] for m in p.monoms())]
 
 
-def _parse_jet(name: str) -> tuple[str, int, str] | None:
+def parse_jet(name: str) -> tuple[str, int, str] | None:
     """``theta1_uu`` -> ("theta", 1, "uu"); None for anything that is not a jet of a field."""
     head, _, derivatives = name.partition("_")
     f = head.rstrip("0123456789")

@@ -5,6 +5,7 @@ Formulas are read by :mod:`derivation.formula`; nothing in the file is ever eval
 
 from __future__ import annotations
 
+import re
 import tomllib
 from keyword import iskeyword
 from typing import Any
@@ -59,7 +60,7 @@ class _File:
         _require_keys(
             "the file", self._table, ("name", "title", "parameters", "energy", "drag", "tip", "load")
         )
-        name = _identifier("name", self._table.get("name"))
+        name = _identifier("name", self._required("name"))
         title = self._table.get("title", f"planar Cosserat rod {name}")
         if not isinstance(title, str) or not title or len(title) > 100 or not title.isprintable():
             raise ModelError("title must be one line of at most 100 characters")
@@ -77,7 +78,7 @@ class _File:
         found = []
         for name, entry in _table("parameters", self._table.get("parameters", {})).items():
             _identifier("parameter", name)
-            if name in _RESERVED:
+            if name in _RESERVED or _DERIVED.fullmatch(name):
                 raise ModelError(f"parameter {name!r}: the name has a meaning already; take another")
             entry = _table(f"parameter {name!r}", entry)
             _require_keys(f"parameter {name!r}", entry, ("default", "meaning"))
@@ -161,6 +162,12 @@ _RESERVED = {
     *("length", "k3", "gamma2", "model", "scales", "L", "stretch", "sign", "slope", "tension", "forcing"),
 }
 
+#: Names that the derivation makes: derivatives, values at the ends, responses, coefficients, inverses.
+_DERIVED = re.compile(
+    r"(x|y|theta)(_.*|\d.*)|(X|Y|H|Theta|Psi|P0|P2|X0|X2|A)_.*|(X|Y|Theta|c)\d{3}|(W|C\d|L\d)_\d+|"
+    r".*_(inv|bar|tip|clamp)|place"
+)
+
 
 def _stresses(kind: str, values: list[Expr]) -> Triple:
     """What one load adds to (F1, F2, M) at the tip, or to the force per length along the rod."""
@@ -192,7 +199,9 @@ def _require_keys(where: str, entries: dict[str, Any], allowed: tuple[str, ...])
 
 
 def _identifier(what: str, name: Any) -> str:
-    if not isinstance(name, str) or not name.isascii() or not name.isidentifier() or iskeyword(name):
+    if isinstance(name, str) and iskeyword(name):
+        raise ModelError(f"{what} is {name!r}, a word that Python reserves; take another")
+    if not isinstance(name, str) or not name.isascii() or not name.isidentifier():
         raise ModelError(f"{what} is {str(name)[:40]!r}, but it must be a name of letters, digits and _")
     if len(name) > LONGEST_NAME or name.startswith("_") or "__" in name:
         raise ModelError(

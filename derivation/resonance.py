@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from sympy.polys.rings import PolyElement
 
 from derivation.corrections import SecondOrder
-from derivation.harmonics import Modes
+from derivation.harmonics import Modes, parse_jet
 from derivation.hierarchy import Hierarchy
 from derivation.jets import JetRing
 from derivation.symbols import BAR, FIELDS, TIP, jet_name
@@ -109,13 +109,16 @@ def third_order(
 def _transform(
     hierarchy: Hierarchy, modes: Modes, forcing: Pair, profile: Callable[[PolyElement], PolyElement]
 ) -> Transformation | None:
-    """Find what has to be subtracted; None where the load mixes order-3 fields into the conditions."""
+    """Find what has to be subtracted.
+
+    None where the load puts a moment, order-3 fields or rates into the conditions y' - nu theta and theta'.
+    """
     jets, order = hierarchy.ring, hierarchy[3]
     theta3 = jets[jet_name("theta", 3, 0)]
     # The fields that vanish at the lower orders (x1, y2, theta2) are dropped from what is shown.
     b2 = _drop_vanishing(jets, modes, order.slopes[1] - jets["nu"] * theta3)
     b3 = _drop_vanishing(jets, modes, order.slopes[2])
-    if b3 or theta3 in jets.generators_of(b2):
+    if b3 or any(_is_unknown_or_rate(str(g)) for g in jets.generators_of(b2)):
         return None
     local, rest = _split_residue(jets, b2)
     ring, u = modes.ring, modes.ring["u"]
@@ -189,6 +192,12 @@ def _split_residue(jets: JetRing, residue: PolyElement) -> Pair:
         else:
             rest += monomial * c
     return local, rest
+
+
+def _is_unknown_or_rate(name: str) -> bool:
+    """Whether this is a jet of order 3, or one with a derivative in time."""
+    jet = parse_jet(name)
+    return jet is not None and (jet[1] == 3 or bool(jet[2].strip("u")))
 
 
 def _is_derivative(name: str) -> bool:

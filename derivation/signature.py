@@ -9,6 +9,7 @@ is an argument; under a distributed load it depends on u, which is then one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import sympy
 from sympy import Expr, Integer, Symbol
@@ -101,7 +102,7 @@ class Signatures:
         self.implicit = straight.nu is None
         own = tuple(scalar(p.name, p.meaning) for p in d.model.parameters)
         stretch = (scalar("nu", "stretch of the straight rod"),) if self.implicit else ()
-        basic = tuple(scalar(name, doc) for name, doc in _BASIC.items())
+        basic = tuple(replace(scalar(name, doc), carrier=name == "k1") for name, doc in _BASIC.items())
         self.parameters = (*basic, *own, *stretch, scalar("force", "follower force F L^2/k3"))
 
     def spell(self, e: Expr) -> Expr:

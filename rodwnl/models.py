@@ -5,14 +5,18 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rodwnl import kernels
-from rodwnl.errors import InputError
+from rodwnl.errors import ComputationError, InputError
 
 if TYPE_CHECKING:
     from derivation.model import RodModel
+    from derivation.pipeline import Derivation
 
 SUFFIX = ".toml"
 
@@ -22,22 +26,42 @@ def find_model(text: str) -> RodModel:
 
     Raises InputError for a name that is not known and for a file that cannot be read.
     """
-    from derivation.errors import ModelError, ReadError
     from derivation.model import MODELS
 
     if is_file(text):
         from derivation.modelfile import read_model
 
-        try:
+        with refusals(text):
             return read_model(_read(Path(text)))
-        except (ModelError, ReadError) as error:
-            raise InputError(f"{text}: {error}") from None
     name = text.replace("-", "_")
     if name not in MODELS:
         raise InputError(
             f"there is no rod {text!r}; there are {', '.join(MODELS)}, or give a file like rod{SUFFIX}"
         )
     return MODELS[name]
+
+
+def derivation_of(text: str, order: int) -> Derivation:
+    """Every record of the derivation of what a text names. Raises what `find_model` and `refusals` raise."""
+    from derivation.pipeline import derive
+
+    model = find_model(text)
+    with refusals(text):
+        return derive(model, order)
+
+
+@contextmanager
+def refusals(text: str) -> Iterator[None]:
+    """What the derivation refuses while the body runs, as one line that begins with the rod's file."""
+    from derivation.emit.lower import EmissionError
+    from derivation.errors import ModelError, ReadError
+
+    try:
+        yield
+    except (ModelError, ReadError, EmissionError) as error:
+        raise InputError(f"{text}: {error}") from None
+    except ArithmeticError as error:
+        raise ComputationError(f"{text}: a check of the derivation failed: {str(error)[:200]}") from None
 
 
 def emitted(text: str) -> str:
@@ -82,22 +106,29 @@ def cache_folder() -> Path:
 
 
 def _derive(text: str, root: Path) -> Path:
-    from derivation.emit.lower import EmissionError
     from derivation.emit.write import render, write
-    from derivation.errors import ModelError
     from derivation.modules import EMITTED_ORDER, package
-    from derivation.pipeline import derive
 
-    model = find_model(text)
-    try:
-        files = render(package(derive(model, order=EMITTED_ORDER)))
-    except ModelError as error:
-        raise InputError(f"{text}: {error}") from None
-    except EmissionError as error:
-        raise InputError(f"{text}: {error}; give such a number as a parameter with a default") from None
-    root.mkdir(parents=True, exist_ok=True, mode=0o700)
+    _require_writable(root.parent)
+    derived = derivation_of(text, EMITTED_ORDER)
+    with refusals(text):
+        files = render(package(derived))
+    root.mkdir(exist_ok=True, mode=0o700)
     write(files, root)
-    return root / model.name
+    return root / derived.model.name
+
+
+def _require_writable(cache: Path) -> None:
+    """Before seconds are spent on deriving what could not be kept."""
+    try:
+        cache.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=cache):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{cache} cannot be written ({error.strerror or error}): it is the cache folder, where derived "
+            "rods are kept; the environment variable RODWNL_CACHE moves it"
+        ) from None
 
 
 def _key(text: str) -> str:
@@ -114,6 +145,8 @@ LONGEST_FILE = 100_000
 
 
 def _read(path: Path) -> str:
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path} is no regular file: save the rod in one")
     try:
         with path.open("rb") as file:
             content = file.read(LONGEST_FILE + 1)
@@ -122,6 +155,6 @@ def _read(path: Path) -> str:
     if len(content) > LONGEST_FILE:
         raise InputError(f"{path} is longer than {LONGEST_FILE} bytes: it does not describe a rod")
     try:
-        return content.decode("utf-8").replace("\r\n", "\n")
+        return content.decode("utf-8-sig").replace("\r\n", "\n")  # with or without a byte-order mark
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text in UTF-8") from None

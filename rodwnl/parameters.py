@@ -126,7 +126,7 @@ class RodParameters:
     @property
     def model_name(self) -> str:
         """The model's name without the folder it may stand in."""
-        return model_name(self.model)
+        return name_of(self.model)
 
     def checked_force(self, value: Number, name: str = "force") -> Fraction:
         """The exact follower force; the base state needs 0 <= F < k1, so that ν = 1 - F/k1 > 0.
@@ -153,8 +153,8 @@ class RodParameters:
         return f"RodParameters({', '.join(f'{name}={text}' for name, text in self.texts().items())}{model})"
 
 
-def model_name(model: str) -> str:
-    """A model's name without the folder it may stand in."""
+def name_of(model: str) -> str:
+    """The name of a model that is given by name or as the folder of an emitted rod."""
     return model.replace("\\", "/").rstrip("/").rpartition("/")[2]
 
 
@@ -163,7 +163,7 @@ def own_values(model: str, given: Mapping[str, Number]) -> tuple[tuple[str, Frac
     known = {} if model == PLAIN else kernels.own_parameters(model)
     if strange := [name for name in given if name not in known]:
         has = f"its own are {', '.join(known)}" if known else "it has none beside k1, k2, gamma3 and gamma1"
-        raise InputError(f"rod {model!r} has no parameter {shown(strange[0])}; {has}")
+        raise InputError(f"rod {name_of(model)!r} has no parameter {shown(strange[0])}; {has}")
     return tuple((name, exact(name, given.get(name, default))) for name, default in known.items())
 
 

@@ -78,18 +78,38 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
     """
     functions = kernels.load(rod.model)
     values: dict[str, Any] = parameter_values(rod) | {"force": force, "xp": np}
-    if "nu" in arguments(functions.straight_rod):
-        values["nu"] = _stretch(rod, functions, values)
-    straight = StraightRod(functions, force, values)
-    _require_sound(rod, straight)
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is refused, here and below
+            if "nu" in arguments(functions.straight_rod):
+                values["nu"] = _stretch(rod, functions, values)
+            straight = StraightRod(functions, force, values)
+            _require_sound(rod, straight)
+    except ZeroDivisionError:
+        raise InputError(
+            f"{_straight(rod, force)}: a derivative of its energy, or its drag, divides by zero, but both "
+            "must be smooth there and at the undeformed rod, h1 = 1"
+        ) from None
     return straight
+
+
+def _straight(rod: RodParameters, force: complex) -> str:
+    """The rod and its state, as messages name them."""
+    return f"rod {rod.model_name!r}, straight under force = {np.real(force):.10g}"
 
 
 def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str, Any]) -> complex:
     nu = balanced_stretch(functions, values)
     if np.isnan(nu):
+        with np.errstate(all="ignore"):
+            undeformed = {**values, "nu": np.float64(1)}
+            stiffness = np.real(StraightRod(functions, values["force"], undeformed)("stretch_stiffness"))
+        if not 0 < stiffness < np.inf:
+            raise InputError(
+                f"rod {rod.model_name!r}: the stretch stiffness of the undeformed rod is {stiffness:.6g}, but "
+                f"its energy must be convex there"
+            )
         raise InputError(
-            f"rod {rod.model!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
+            f"rod {rod.model_name!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
             f"above 0 with positive stretch stiffness balances it; take a smaller force"
         )
     return complex(nu) if np.iscomplexobj(nu) else float(nu)
@@ -157,11 +177,8 @@ def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
     for what, value, assumption in assumptions(straight, ENDS):
         least = float(np.min(np.real(value())))
-        if not least > 0:
-            raise InputError(
-                f"rod {rod.model!r}, straight under force = {np.real(straight.force):.10g}: {what} is "
-                f"{least:.6g}, but {assumption}"
-            )
+        if not 0 < least < np.inf:
+            raise InputError(f"{_straight(rod, straight.force)}: {what} is {least:.6g}, but {assumption}")
 
 
 def largest_force(rod: RodParameters, asked: Fraction) -> tuple[Fraction, bool]:
@@ -173,7 +190,7 @@ def largest_force(rod: RodParameters, asked: Fraction) -> tuple[Fraction, bool]:
     if _reaches(rod, asked):
         return asked, False
     low, high = Fraction(0), asked
-    for _ in range(50):
+    for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if _reaches(rod, middle) else (low, middle)
     # Nine digits, rounded down: beyond `low` there is no straight rod.
@@ -185,4 +202,5 @@ def _reaches(rod: RodParameters, force: Fraction) -> bool:
         straight = straight_rod(rod, float(force))
     except InputError:
         return False
-    return bool(np.min(straight.stretch(ENDS)[0]) >= LEAST_STRETCH)
+    # Up to the rounding of ν, so that the bound itself, often a short decimal, is reached.
+    return bool(np.min(straight.stretch(ENDS)[0]) >= LEAST_STRETCH - SETTLED)

@@ -2,7 +2,8 @@
 
 Sums, products, quotients, integer powers, conjugates and the functions of `FUNCTIONS` pass. A rational
 coefficient becomes a division by an integer as the last step (`5*x/6`), because the quotient of two literals
-would already be a rounded float where x is a ball or a multiprecision number.
+would already be a rounded float where x is a ball or a multiprecision number. A constant that nothing
+multiplies takes its number type from an argument: 3/2 is emitted as `(3 + 0*k1)/2`.
 """
 
 from __future__ import annotations
@@ -48,11 +49,14 @@ class Lowering:
     """Translates expressions; `name` spells a symbol, `opaque` is what happens to a foreign node.
 
     `exact` keeps quotients of literals out (emitted code); without it 1/2 stays 1/2 (text for readers).
+    `carrier` is the name of an argument, a finite number, that gives its type to a bare constant; without one
+    such constants are refused.
     """
 
     name: Callable[[sympy.Symbol], str] = _text
     opaque: Callable[[sympy.Basic], Node] = _refuse
     exact: bool = True
+    carrier: str = ""
 
     def __call__(self, expr: sympy.Expr) -> Node:
         match expr:
@@ -77,13 +81,19 @@ class Lowering:
         return self.opaque(expr)
 
     def _rational(self, number: sympy.Rational) -> Node:
-        if self.exact:
-            raise _rounded(number)
-        return _signed(Quotient(Integer(abs(number.p)), Integer(number.q)), negative=bool(number < 0))
+        numerator = self._carried(number.p, number) if self.exact else Integer(abs(number.p))
+        return _signed(Quotient(numerator, Integer(number.q)), negative=bool(number < 0))
+
+    def _carried(self, numerator: int, constant: sympy.Expr) -> Node:
+        """The numerator of a bare constant, in the number type of the carrier."""
+        if not self.carrier:
+            raise EmissionError(f"the bare constant {constant} would be rounded: multiply it by an argument")
+        return Sum((Integer(abs(numerator)), Product((Integer(0), Name(self.carrier)))))
 
     def _sum(self, expr: sympy.Add) -> Node:
         constant, rest = expr.as_coeff_Add()
-        if self.exact and constant.is_Rational and constant.q != 1:  # x + 1/2 = (2x + 1)/2
+        fraction = constant.is_Rational and constant.q != 1 and rest.free_symbols
+        if self.exact and fraction:  # x + 1/2 = (2x + 1)/2
             whole = sympy.Add(constant.p, *(constant.q * term for term in sympy.Add.make_args(rest)))
             return Quotient(self(whole), Integer(constant.q))
         terms = [self(term) for term in sympy.ordered(expr.args)]
@@ -94,8 +104,9 @@ class Lowering:
         coefficient, rest = expr.as_coeff_Mul()
         if not coefficient.is_Rational:  # 2.5*x
             return self.opaque(coefficient)
+        literal = _literal(abs(coefficient.p))
         if self.exact and coefficient.q != 1 and not rest.free_symbols:  # i/3
-            raise _rounded(expr)
+            literal = [self._carried(coefficient.p, expr)]
         above: list[Node] = []
         below: list[Node] = []
         for factor in sympy.ordered(sympy.Mul.make_args(rest)):
@@ -112,7 +123,7 @@ class Lowering:
             if terms and len(opposite) == len(terms):  # a (-b - c) = -a (b + c)
                 above[i] = Sum(opposite)
                 negative = not negative
-        node = _multiplied(_literal(abs(coefficient.p)) + above)
+        node = _multiplied(literal + above)
         if below or coefficient.q != 1:
             node = Quotient(node, _multiplied(_literal(coefficient.q) + below))
         return _signed(node, negative)
@@ -120,10 +131,6 @@ class Lowering:
     def _power(self, base: sympy.Expr, exponent: sympy.Rational) -> Node:
         node = self(base) if exponent.q == 1 else Call("sqrt", self(base))
         return node if exponent.p == 1 else Power(node, int(exponent.p))
-
-
-def _rounded(constant: sympy.Expr) -> EmissionError:
-    return EmissionError(f"the bare constant {constant} would be rounded: multiply it by an argument")
 
 
 def _signed(node: Node, negative: bool) -> Node:

@@ -22,7 +22,8 @@ NAMESPACE = "xp"
 class Argument:
     """A declared argument, spelt `name` in code; `shape` is text for its reader.
 
-    A `parameter` leaves the signature of a function whose formulas do not need it.
+    A `parameter` leaves the signature of a function whose formulas do not need it. A `carrier` is a number
+    that every caller has: a constant that nothing multiplies takes its type from it.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Argument:
     doc: str
     shape: str = "(..., nodes)"
     parameter: bool = False
+    carrier: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,16 +89,15 @@ def compile_function(function: Function) -> Program:
     used = used.difference(bar for bar, _ in bars).union(field for _, field in bars)
     _require_declared(function, used)
 
-    arguments = tuple(a for a in function.arguments if not a.parameter or a.symbol in used)
-    spelling = {a.symbol: a.name for a in arguments} | {bar: bar.name for bar, _ in bars}
+    spelling = {a.symbol: a.name for a in function.arguments} | {bar: bar.name for bar, _ in bars}
     names = [name for name, _ in function.outputs]
-    require_names(function.name, [NAMESPACE, *spelling.values(), *names])
 
     # In canonical order already, so SymPy need not sort: the same locals whatever the hash seed.
     free = (t for t in sympy.numbered_symbols("t") if t.name not in {*spelling.values(), *names})
     shared, results = sympy.cse([expr for _, expr in function.outputs], symbols=free, order="none", list=True)
 
-    lowered = Lowering(name=lambda symbol: spelling.get(symbol, symbol.name))
+    carrier = next((a.name for a in function.arguments if a.carrier), "")
+    lowered = Lowering(name=lambda symbol: spelling.get(symbol, symbol.name), carrier=carrier)
     try:
         body: list[tuple[str, Node]] = [
             (bar.name, Call("conjugate", Name(spelling[field]))) for bar, field in bars
@@ -107,6 +108,11 @@ def compile_function(function: Function) -> Program:
         raise EmissionError(f"{function.name}: {error}") from None
     nodes = [node for _, node in body + outputs]
     require_namespace(function, nodes)
+    occurring = {part.text for node in nodes for part in walk(node) if isinstance(part, Name)}
+    arguments = tuple(a for a in function.arguments if not a.parameter or a.name in occurring)
+    require_names(
+        function.name, [NAMESPACE, *(a.name for a in arguments), *(bar.name for bar, _ in bars), *names]
+    )
     return Program(
         function.name,
         function.doc,

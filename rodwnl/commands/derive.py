@@ -1,16 +1,14 @@
 """`rodwnl derive`: from the exact kinematics to the committed modules of `generated`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from rodwnl.errors import InputError
 
-if TYPE_CHECKING:
-    from derivation.model import RodModel
-
 Format = Literal["text", "latex", "python"]
+ORDERS = (3, 5, 7)
 
 
 def command(
@@ -30,7 +28,7 @@ def command(
     form: Annotated[Format | None, typer.Option("--format", help="With --show. Default: text.")] = None,
     order: Annotated[
         int | None,
-        typer.Option(metavar="N", help="With --show or --explain: derive to order 3 (default), 5, 7, ..."),
+        typer.Option(metavar="N", help="With --show or --explain: derive to order 3 (default), 5 or 7."),
     ] = None,
 ) -> int:
     """Derive the theory from the rod's exact kinematics and write the package `generated`.
@@ -54,17 +52,18 @@ def command(
     from derivation.emit.write import difference, foreign, render, write
     from derivation.model import MODELS
     from derivation.modules import EMITTED_ORDER, package
-    from derivation.pipeline import derive
     from rodwnl.kernels import source_folder
-    from rodwnl.models import find_model
+    from rodwnl.models import derivation_of, find_model, refusals
 
-    rods = list(MODELS.values()) if model is None else [find_model(model)]
-    if out is None and rods[0].name not in MODELS:
+    rods = list(MODELS) if model is None else [model]
+    if out is None and find_model(rods[0]).name not in MODELS:
         raise InputError(f"{model} is no rod of this source tree: say where to write with --out DIR")
     folder = source_folder() if out is None else out
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file: --out needs a folder")
-    files = render(*(package(derive(rod, order=EMITTED_ORDER)) for rod in rods))
+    packages = [package(derivation_of(rod, EMITTED_ORDER)) for rod in rods]
+    with refusals(", ".join(rods)):
+        files = render(*packages)
     if check:
         diff = difference(files, folder, alone=model is None)
         print(diff or f"{folder}: {len(files)} files, as derived", end="" if diff else "\n")
@@ -77,12 +76,13 @@ def command(
 
 
 def _checked(order: int | None) -> int:
-    """Raises InputError for an order at which the amplitude equation gains no term, or far beyond use."""
+    """Raises InputError for an order at which the amplitude equation gains no term, or that takes minutes."""
     if order is None:
         return 3
-    if order not in (3, 5, 7, 9):
+    if order not in ORDERS:
         raise InputError(
-            f"--order is {order}, but the amplitude equation gains terms at the orders 3, 5, 7 and 9"
+            f"--order is {order}, but it must be 3, 5 or 7: the amplitude equation gains terms at odd "
+            "orders, and beyond 7 a derivation takes minutes"
         )
     return order
 
@@ -90,13 +90,11 @@ def _checked(order: int | None) -> int:
 def _show(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
-    from derivation.model import FOLLOWER
-    from derivation.pipeline import derive
     from derivation.symbols import latex_names
-    from rodwnl.models import find_model
+    from rodwnl.kernels import DEFAULT
+    from rodwnl.models import derivation_of
 
-    rod: RodModel = FOLLOWER if model is None else find_model(model)
-    known = objects(derive(rod, order))
+    known = objects(derivation_of(model or DEFAULT, order))
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
     equations = known[name].equations
@@ -109,12 +107,11 @@ def _explain(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.catalogue import objects
     from derivation.emit.show import show
     from derivation.explain import thoughts
-    from derivation.model import FOLLOWER
-    from derivation.pipeline import derive
     from derivation.symbols import latex_names
-    from rodwnl.models import find_model
+    from rodwnl.kernels import DEFAULT
+    from rodwnl.models import derivation_of
 
-    derivation = derive(FOLLOWER if model is None else find_model(model), order)
+    derivation = derivation_of(model or DEFAULT, order)
     known = objects(derivation)
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")

@@ -53,12 +53,16 @@ def command(
 
 def _symbolic(model: str | None, form: str) -> str:
     from derivation.export import FORMATS
+    from rodwnl.models import refusals
 
-    return FORMATS[form](_derivation(model))
+    derived = _derivation(model)
+    with refusals(derived.model.name):
+        return FORMATS[form](derived)
 
 
 def _auto(model: str | None, numbers: dict[str, Any], threshold: int) -> str:
     from derivation.export import auto_equations
+    from rodwnl.models import refusals
     from rodwnl.options import read_rod
     from rodwnl.starts import mode_start
 
@@ -66,17 +70,18 @@ def _auto(model: str | None, numbers: dict[str, Any], threshold: int) -> str:
         raise InputError(f"--format {AUTO} starts from the mode of one rod: give {', '.join(missing)} too")
     values = numbers | {"model": model, "length": None, "k3": None, "gamma2": None}
     start = mode_start(read_rod(values), threshold)
-    return auto_equations(_derivation(model), start.title, start.parameters, start.table.tolist())
+    derived = _derivation(model)
+    with refusals(derived.model.name):
+        return auto_equations(derived, start.title, start.parameters, start.table.tolist())
 
 
 def _derivation(model: str | None) -> Any:
     """The derivation through the order of the emitted modules."""
     from derivation.modules import EMITTED_ORDER
-    from derivation.pipeline import derive
     from rodwnl.kernels import DEFAULT
-    from rodwnl.models import find_model
+    from rodwnl.models import derivation_of
 
-    return derive(find_model(model or DEFAULT), order=EMITTED_ORDER)
+    return derivation_of(model or DEFAULT, EMITTED_ORDER)
 
 
 def _write(path: Path, text: str) -> None:

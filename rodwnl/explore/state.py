@@ -16,7 +16,7 @@ from rodwnl.batch_characteristic import Real
 from rodwnl.errors import ComputationError
 from rodwnl.inverse import Complex, inverse_operator, leading_eigenvalues
 from rodwnl.modes import critical_mode, nodes_at
-from rodwnl.parameters import PLAIN, Number, RodParameters, model_name
+from rodwnl.parameters import PLAIN, Number, RodParameters, name_of
 from rodwnl.straightrod import straight_rod
 
 FORCES = 28  # at which the spectrum is drawn
@@ -31,7 +31,7 @@ def about(model: str, own: tuple[tuple[str, Fraction], ...]) -> State:
     if model == PLAIN:
         return {"title": "A rod under a follower force", "parameters": []}
     sliders = [{"name": name, "start": float(value), **_range(float(value))} for name, value in own]
-    return {"title": f"Rod {model_name(model)!r}: {kernels.title(model)}", "parameters": sliders}
+    return {"title": f"Rod {name_of(model)!r}: {kernels.title(model)}", "parameters": sliders}
 
 
 def _range(value: float) -> dict[str, float]:

@@ -1,5 +1,7 @@
 """Rods from files: formulas are read by a grammar and never evaluated; errors say where they are."""
 
+import ast
+import os
 import re
 import shlex
 import subprocess
@@ -16,14 +18,15 @@ from derivation.emit.write import render
 from derivation.errors import ModelError, ReadError
 from derivation.formula import FormulaError, read_formula
 from derivation.model import MODELS
-from derivation.modelfile import read_model
+from derivation.modelfile import LOADS, read_model
 from derivation.modules import package
 from derivation.pipeline import derive
 from derivation.symbols import symbol
 from rodwnl import cli, kernels
 from rodwnl.errors import InputError
-from rodwnl.models import emitted
+from rodwnl.models import emitted, find_model
 
+SIDES = ("left", "right")
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NAMES = ("h1", "h2", "k1", "theta")
 H1, H2, K1 = symbol("h1"), symbol("h2"), symbol("k1")
@@ -149,11 +152,13 @@ def changed(*edits):
     ("text", "message"),
     [
         ("name = ", "not TOML: "),
-        (changed(('name = "mine"\n', "")), "name is 'None', but it must be a name"),
+        (changed(('name = "mine"\n', "")), "^name is missing"),
+        ("", "^name is missing"),
         (changed(('"mine"', '"my rod"')), "name is 'my rod', but it must be a name"),
         (changed(('"mine"', '"../../x"')), "must be a name of letters"),
         (changed(('"mine"', '"__init__"')), "no __, and not begin"),
-        (changed(('"mine"', '"class"')), "must be a name of letters"),
+        (changed(('"mine"', '"class"')), "name is 'class', a word that Python reserves; take another"),
+        (PLAIN + '[parameters]\nlambda = { default = "1" }\n', "parameter is 'lambda', a word that Python"),
         (changed(("energy =", "enrgy =")), "the file has an unknown 'enrgy'; it may hold name, title"),
         (changed(('v2 = "1"\n', "")), r"\[drag\] needs v2"),
         (changed(('"follower"', '"gravity"')), "load 1: kind is 'gravity'; it must be one of follower, dead"),
@@ -163,6 +168,10 @@ def changed(*edits):
         (changed(('[[load]]\nkind = "follower"\n', "")), "either .*load.* entries or one .tip. table"),
         (PLAIN + '[parameters]\nk1 = { default = "1" }\n', "'k1': the name has a meaning already"),
         (PLAIN + '[parameters]\nnu = { default = "1" }\n', "'nu': the name has a meaning already"),
+        *(
+            (PLAIN + f'[parameters]\n{name} = {{ default = "1" }}\n', f"{name!r}: the name has a meaning")
+            for name in ("y0", "theta1_u", "x_u", "Y_u", "Theta300", "c210", "k1_inv", "a_bar", "C2_010")
+        ),
         (PLAIN + "[parameters]\na = 3\n", "parameter 'a' must be a table"),
         (PLAIN + "[parameters]\na = {}\n", "'a' needs a default"),
         (PLAIN + '[parameters]\na = { default = "sqrt(2)" }\n', "must be a rational number"),
@@ -188,6 +197,33 @@ def test_what_is_no_model_is_refused(text, message):
 def test_an_error_in_a_formula_is_found_in_the_file(edit, message):
     with pytest.raises(ReadError, match=message):
         read_model(changed(edit))
+
+
+@pytest.mark.parametrize("transverse", ["0", "2/7"])
+@pytest.mark.parametrize("axial", ["0", "1/3"])
+@pytest.mark.parametrize(
+    ("main", "turning"),
+    [
+        *(("follower", ""), ("follower", "spring"), ("follower", "damper")),
+        *(("dead", ""), ("distributed", ""), ("distributed", "damper")),
+    ],
+)
+def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial, transverse):
+    """The derivation proves its own steps; variables without load at the tip exist where there is none."""
+    text = changed(('"follower"', f'"{main}"'))
+    text += f'[[load]]\nkind = "drag"\naxial = "{axial}"\ntransverse = "{transverse}"\n'
+    if turning:
+        text += f'[[load]]\nkind = "{turning}"\n{LOADS[turning][0]} = "3/2"\n'
+    derived = derive(read_model(text))
+    free = main != "dead" and not turning and axial == transverse == "0"
+    assert (derived.third.transformed is not None) == free
+    assert bool(derived.landau.norm.boundary) == (transverse != "0" or turning == "damper")
+    modules = render(package(derived))
+    assert ("mine/third_order.py" in modules) == free
+    for node in (node for text in modules.values() for node in ast.walk(ast.parse(text))):
+        literals = [isinstance(node, ast.BinOp) and isinstance(getattr(node, s), ast.Constant) for s in SIDES]
+        assert not (all(literals) and isinstance(node.op, ast.Div)), ast.unparse(node)
+        assert not (isinstance(node, ast.Constant) and isinstance(node.value, float))
 
 
 @pytest.mark.parametrize(
@@ -216,6 +252,69 @@ def test_an_energy_that_is_not_convex_in_numbers_is_refused(tmp_path, capsys):
     rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", str(file)]
     assert cli.run(["hopf", *rod]) == 2
     assert "the bending stiffness is -1, but its energy must be convex" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (("Pi^2/2", "Pi^2/2 + log(h1 - 1)"), "of its energy, or its drag, divides by zero, but both must be"),
+        (('v1 = "gamma1"', 'v1 = "gamma1*sqrt(h1 - 2)"'), "the axial drag is nan, but drag must be positive"),
+        (('v2 = "1"', 'v2 = "-1"'), "the transverse drag is -1, but drag must be positive"),
+        (("k1*(h1", "-k1*(h1"), "stretch stiffness of the undeformed rod is -10000, but its energy must be"),
+    ],
+)
+def test_an_energy_or_drag_that_fails_in_numbers_is_refused_by_the_name_of_the_rod(
+    tmp_path, capsys, edit, message
+):
+    file = tmp_path / "rod.toml"
+    file.write_text(changed(edit))
+    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", str(file)]
+    assert cli.run(["hopf", *rod]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("rodwnl: rod 'mine'")
+    assert message in error
+    assert error.count("\n") == 1
+    assert cli.run(["hopf", *rod, "--parameter", "kapa=1"]) == 2
+    assert capsys.readouterr().err.startswith("rodwnl: rod 'mine' has no parameter 'kapa'; it has none")
+
+
+@pytest.mark.parametrize(
+    "command", [["derive", "--show", "g1"], ["export", "--format", "c", "-"], ["verify"]]
+)
+def test_a_broken_assumption_is_one_line_in_every_command(tmp_path, capsys, command):
+    file = tmp_path / "rod.toml"
+    file.write_text(changed(("Pi^2/2", "Pi^2/2 + h2*Pi")))
+    assert cli.run([*command, "--model", str(file)]) == 2
+    out, error = capsys.readouterr()
+    assert (out, error.count("\n")) == ("", 1)
+    assert error.startswith(f"rodwnl: {file}: mine: the energy couples shear and bending")
+
+
+def test_a_cache_that_cannot_be_written_is_found_before_deriving(tmp_path, monkeypatch, capsys):
+    file, cache = tmp_path / "rod.toml", tmp_path / "a_file"
+    file.write_text(PLAIN)
+    cache.write_text("")
+    monkeypatch.setenv("RODWNL_CACHE", str(cache))
+    monkeypatch.setattr("derivation.pipeline.derive", None)
+    assert cli.run(["hopf", "--k1", "1", "--k2", "1", "--gamma3", "1", "--model", str(file)]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"rodwnl: {cache} cannot be written (File exists): it is the cache folder")
+    assert "RODWNL_CACHE moves it" in error
+
+
+def test_a_mark_at_the_beginning_of_a_file_is_no_part_of_it(tmp_path):
+    file = tmp_path / "rod.toml"
+    file.write_text(PLAIN, encoding="utf-8-sig")
+    assert find_model(str(file)) == read_model(PLAIN)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+def test_what_is_no_regular_file_is_refused(tmp_path):
+    pipe = tmp_path / "rod.toml"
+    os.mkfifo(pipe)
+    for place in (pipe, tmp_path):
+        with pytest.raises(InputError, match="is no regular file"):
+            emitted(str(place))
 
 
 def test_a_file_is_derived_once_and_again_when_it_changes(tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """Spectral integration of any rod: against the exponentials of the plain one, and against closed forms."""
 
+from fractions import Fraction
 from math import acos, pi
 
 import numpy as np
@@ -111,6 +112,13 @@ def test_a_steady_crossing_is_said_and_has_no_coefficients_of_an_oscillation(cap
     assert f"At force = {pi**2 / 4:.9f}" in out
     assert "a steady crossing, omega = 0" in out
     assert "No Hopf threshold." in out
+
+
+@pytest.mark.parametrize("model", ["metric_drag", "partial_follower"])
+@pytest.mark.parametrize(("k1", "bound"), [(200, "199.8"), ("137", "136.863"), ("33.3", "33.2667")])
+def test_the_range_ends_where_the_rod_is_compressed_to_a_thousandth(model, k1, bound):
+    """nu = 1 - F/k1 is linear: the bound is a short decimal, and is printed as one."""
+    assert largest_force(RodParameters(k1, 1e4, 1e-4, model=model), Fraction(400)) == (Fraction(bound), True)
 
 
 def test_the_search_ends_where_the_straight_rod_ends():

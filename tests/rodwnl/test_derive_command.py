@@ -48,6 +48,8 @@ def test_a_changed_a_missing_and_a_surplus_file_are_found(written, capsys):
     [
         (["--show", "g3", "--check"], "--show prints an object and writes nothing"),
         (["--format", "latex"], "add --show"),
+        (["--show", "g1", "--order", "9"], "--order is 9, but it must be 3, 5 or 7"),
+        (["--explain", "g1", "--order", "4"], "--order is 4, but it must be 3, 5 or 7"),
         (["--show", "g3", "--format", "word"], "'word' is not one of 'text', 'latex', 'python'"),
         (["--out", __file__], "is a file: --out needs a folder"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import re
 import shutil
 import subprocess
@@ -12,7 +13,9 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from derivation.catalogue import objects
+from derivation.emit.printers.language import C
 from derivation.export import FORMATS as SYMBOLIC
+from derivation.modelfile import read_model
 from derivation.pipeline import derive
 from rodwnl import cli
 from rodwnl.commands.export import AUTO, FORMATS
@@ -64,6 +67,38 @@ def test_what_is_refused(capsys, arguments, message):
     code, out, err = export(capsys, *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert message in err
+
+
+@pytest.fixture(scope="module")
+def ambiguous():
+    """A rod whose parameters are words of C, of Julia and of the file for JAX."""
+    text = "".join(f'{name} = {{ default = "1" }}\n' for name in ("NULL", "end", "jax"))
+    return derive(
+        read_model(
+            'name = "odd"\nenergy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2 + NULL*end*jax*Pi^4"\n'
+            f'[parameters]\n{text}[drag]\nv1 = "gamma1"\nv2 = "1"\nOmega = "gamma3"\n'
+            '[[load]]\nkind = "follower"\n'
+        )
+    )
+
+
+@pytest.mark.parametrize(("form", "word"), [("c", "NULL"), ("julia", "end"), ("jax", "jax")])
+def test_a_parameter_that_the_language_reserves(ambiguous, form, word, monkeypatch, capsys):
+    monkeypatch.setattr("rodwnl.commands.export._derivation", lambda model: ambiguous)
+    code, out, err = export(capsys, "--format", form, "-")
+    assert (code, out) == (2, "")
+    assert err == f"rodwnl: odd: {word!r} means something else in {form}: choose another name\n"
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@pytest.mark.parametrize("header", ["tgmath.h", "stdio.h", "stdbool.h", "stddef.h"])
+def test_no_name_is_a_macro_of_a_standard_header(header):
+    """Those that a parameter could bear: without arguments, not with an underscore first."""
+    command = ["gcc", "-std=gnu17", "-dM", "-E", "-include", header, "-x", "c", os.devnull]
+    macros = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    names = set(re.findall(r"^#define ([A-Za-z]\w*) ", macros, re.MULTILINE)) - {"P_tmpdir", "L_ctermid"}
+    assert names
+    assert names <= C.reserved, names - C.reserved
 
 
 # LaTeX

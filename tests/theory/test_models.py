@@ -5,6 +5,7 @@ for rods from files).
 """
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,53 @@ def tip_drag(k1, k2, gamma3, gamma1, *, axial, transverse, spring, damper):
 def test_a_load_with_drag_is_confirmed(values):
     """∂t in the tip conditions: the pairing and dA/dT have terms at the tip."""
     confirm(RodParameters(*values, model=emitted(str(EXAMPLES / "tip_drag.toml"))), tip_drag)
+
+
+LOADED = """
+name = "loaded"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
+[parameters]
+axial = {{ default = "1" }}
+transverse = {{ default = "2" }}
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+[[load]]
+kind = "{kind}"
+[[load]]
+kind = "drag"
+axial = "{axial}"
+transverse = "{transverse}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "axial", "transverse"),
+    [
+        ("follower", "axial", "transverse"),
+        ("follower", "3/2", "0"),
+        ("distributed", "0", "transverse"),
+        ("distributed", "1/7", "2"),
+    ],
+)
+def test_drag_at_the_tip_beside_a_load_that_follows_is_confirmed(tmp_path, kind, axial, transverse):
+    """No moment at the tip, so but for the drag the load would have the paper's transformed variables."""
+    file = tmp_path / "rod.toml"
+    file.write_text(LOADED.format(kind=kind, axial=axial, transverse=transverse))
+    rod = RodParameters(*SOFT, model=emitted(str(file)))
+    a, b = (float(dict(rod.own).get(text) or Fraction(text)) for text in (axial, transverse))
+
+    def law(*parameters, **own):
+        plain = LAWS[kind](*parameters)
+
+        def load(theta, v, force):
+            f1, f2, m = plain.load(theta, v, force)
+            return f1 - a * v[0], f2 - b * v[1], m
+
+        return replace(plain, load=load)
+
+    assert confirm(rod, law)
 
 
 EVERYTHING = """

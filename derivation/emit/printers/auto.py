@@ -26,7 +26,8 @@ AUTO: Language = replace(
     C,
     name="auto",
     notation=replace(C.notation, power=("pow({}, {})", SUM)),
-    reserved=C.reserved | words("ndim u icp par ijac f dfdu dfdp nbc u0 u1 fb dbc t doublereal integer pow"),
+    reserved=C.reserved
+    | words("ndim u icp par ijac f dfdu dfdp nbc u0 u1 fb dbc t doublereal integer pow NODES SHAPES"),
 )
 
 

@@ -191,7 +191,16 @@ C = Language(
     reserved=words(
         "auto break case char const continue default do double else enum extern float for goto if inline int "
         "long register restrict return short signed sizeof static struct switch typedef union unsigned void "
-        "volatile while complex imaginary I conj sin cos exp log sqrt rodwnl_number rodwnl_power"
+        "volatile while complex imaginary I conj sin cos exp log sqrt rodwnl_number rodwnl_power "
+        # C23
+        "alignas alignof bool constexpr false nullptr static_assert thread_local true typeof "
+        # macros of tgmath.h and, as the file may be included behind any header, of the common ones
+        "NAN INFINITY HUGE_VAL HUGE_VALF HUGE_VALL FP_NAN FP_INFINITE FP_ZERO FP_SUBNORMAL FP_NORMAL "
+        "FP_ILOGB0 FP_ILOGBNAN FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL MATH_ERRNO MATH_ERREXCEPT "
+        "math_errhandling M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI "
+        "M_SQRT2 M_SQRT1_2 NULL EOF BUFSIZ RAND_MAX EXIT_SUCCESS EXIT_FAILURE FILENAME_MAX FOPEN_MAX "
+        "L_tmpnam TMP_MAX SEEK_CUR SEEK_END SEEK_SET MB_CUR_MAX errno EDOM ERANGE EILSEQ stdin stdout stderr "
+        "assert offsetof linux unix TRUE FALSE"
     ),
 )
 

@@ -217,6 +217,31 @@ def test_refused_names(name, message):
         compile_function(make((name, Y)))
 
 
+@pytest.mark.parametrize(
+    "constant",
+    [
+        sympy.Rational(3, 2),
+        sympy.Rational(-1, 7),
+        sympy.I / 3,
+        sympy.I + sympy.Rational(1, 3),
+        sympy.sqrt(2) / 3 - sympy.Rational(2, 3),
+        sympy.exp(sympy.Rational(1, 3)),
+    ],
+)
+def test_a_bare_constant_takes_its_type_from_an_argument(constant):
+    """The last digit of 40 is right, where a quotient of two literals would have 17."""
+    k = sympy.Symbol("k")
+    arguments = (Argument("k", k, "a number", parameter=True, carrier=True), *ARGUMENTS)
+    function = make(("p", constant), ("q", 2 * Y), namespace=True, arguments=arguments)
+    assert [argument.name for argument in compile_function(function).arguments] == ["k", "Y", "X"]
+    scope: dict[str, object] = {}
+    exec(python.module(Module("m", "A module.", (function,)), "toy"), scope)
+    with mpmath.workdps(45):
+        value = scope["f"](mpmath.mp, mpmath.mpf(200), 1, 1)[0]  # type: ignore[operator]
+        assert abs(value - mpmath.mpmathify(sympy.N(constant, 50))) < mpmath.mpf(10) ** -40
+    assert scope["f"](np, 200.0, 1, 1)[0] == pytest.approx(complex(constant), rel=1e-15)  # type: ignore[operator]
+
+
 def test_locals_avoid_declared_names():
     t0 = sympy.Symbol("t0")
     arguments = (

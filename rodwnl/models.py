@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,20 +83,28 @@ def cache_folder() -> Path:
     return Path(base) / "rodwnl"
 
 
-def _derive(text: str, root: Path) -> Path:
+@contextmanager
+def refusals(rod: str) -> Iterator[None]:
+    """What the derivation or the emission refuse to do with a rod, as InputError."""
     from derivation.emit.lower import EmissionError
-    from derivation.emit.write import render, write
     from derivation.errors import ModelError
+
+    try:
+        yield
+    except ModelError as error:
+        raise InputError(f"{rod}: {error}") from None
+    except EmissionError as error:
+        raise InputError(f"{rod}: {error}; give such a number as a parameter with a default") from None
+
+
+def _derive(text: str, root: Path) -> Path:
+    from derivation.emit.write import render, write
     from derivation.modules import EMITTED_ORDER, package
     from derivation.pipeline import derive
 
     model = find_model(text)
-    try:
+    with refusals(text):
         files = render(package(derive(model, order=EMITTED_ORDER)))
-    except ModelError as error:
-        raise InputError(f"{text}: {error}") from None
-    except EmissionError as error:
-        raise InputError(f"{text}: {error}; give such a number as a parameter with a default") from None
     root.mkdir(parents=True, exist_ok=True, mode=0o700)
     write(files, root)
     return root / model.name

@@ -12,7 +12,15 @@ from derivation.paper.algebra import (
     constant,
     poly,
 )
-from derivation.paper.meanings import FIELDS, ORDERS, STRAINS, STRESSES, VELOCITIES, Meanings
+from derivation.paper.meanings import (
+    FIELDS,
+    ORDERS,
+    STRAINS,
+    STRESSES,
+    VELOCITIES,
+    Meanings,
+    normal_integrals,
+)
 from derivation.paper.values import UndecidedError
 
 
@@ -155,7 +163,16 @@ class Theory(Meanings):
 
     def by_equations(self, p: Poly) -> Poly:
         """Modulo the balance laws, the equations of the modes, and the conditions at the ends."""
-        return p.rewrite(lambda a: self.shape_meaning(a, self.shapes)).rewrite(self._rule)
+        atoms = {a for m in p.terms for a, _ in m}
+        for a in atoms - self._solved.keys():
+            value = atom(a).rewrite(lambda b: self.shape_meaning(b, self.shapes)).rewrite(self._rule)
+            self._solved[a] = normal_integrals(value) if a.kind == "integral" else value
+        return p.replaced({a: q for a in atoms if (q := self._solved[a]) != atom(a)})
+
+    @cached_property
+    def _solved(self) -> dict[Atom, Poly]:
+        """Atoms modulo the equations, as they come up: the trials of a repair share most of theirs."""
+        return {}
 
     def by_lower_orders(self, p: Poly, n: int) -> Poly:
         """Modulo the conditions at the ends of orders below n."""

@@ -56,7 +56,7 @@ def command(
     from derivation.modules import EMITTED_ORDER, package
     from derivation.pipeline import derive
     from rodwnl.kernels import source_folder
-    from rodwnl.models import find_model
+    from rodwnl.models import find_model, refusals
 
     rods = list(MODELS.values()) if model is None else [find_model(model)]
     if out is None and rods[0].name not in MODELS:
@@ -64,7 +64,8 @@ def command(
     folder = source_folder() if out is None else out
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file: --out needs a folder")
-    files = render(*(package(derive(rod, order=EMITTED_ORDER)) for rod in rods))
+    with refusals(model or "the shipped rods"):
+        files = render(*(package(derive(rod, order=EMITTED_ORDER)) for rod in rods))
     if check:
         diff = difference(files, folder, alone=model is None)
         print(diff or f"{folder}: {len(files)} files, as derived", end="" if diff else "\n")
@@ -93,10 +94,11 @@ def _show(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.model import FOLLOWER
     from derivation.pipeline import derive
     from derivation.symbols import latex_names
-    from rodwnl.models import find_model
+    from rodwnl.models import find_model, refusals
 
     rod: RodModel = FOLLOWER if model is None else find_model(model)
-    known = objects(derive(rod, order))
+    with refusals(model or rod.name):
+        known = objects(derive(rod, order))
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")
     equations = known[name].equations
@@ -112,9 +114,11 @@ def _explain(model: str | None, name: str, form: Format, order: int) -> int:
     from derivation.model import FOLLOWER
     from derivation.pipeline import derive
     from derivation.symbols import latex_names
-    from rodwnl.models import find_model
+    from rodwnl.models import find_model, refusals
 
-    derivation = derive(FOLLOWER if model is None else find_model(model), order)
+    rod: RodModel = FOLLOWER if model is None else find_model(model)
+    with refusals(model or rod.name):
+        derivation = derive(rod, order)
     known = objects(derivation)
     if name not in known:
         raise InputError(f"nothing derived is called {name!r}; there are {', '.join(known)}")

@@ -53,12 +53,16 @@ def command(
 
 def _symbolic(model: str | None, form: str) -> str:
     from derivation.export import FORMATS
+    from rodwnl.kernels import DEFAULT
+    from rodwnl.models import refusals
 
-    return FORMATS[form](_derivation(model))
+    with refusals(model or DEFAULT):
+        return FORMATS[form](_derivation(model))
 
 
 def _auto(model: str | None, numbers: dict[str, Any], threshold: int) -> str:
     from derivation.export import auto_equations
+    from rodwnl.models import refusals
     from rodwnl.options import read_rod
     from rodwnl.starts import mode_start
 
@@ -66,7 +70,8 @@ def _auto(model: str | None, numbers: dict[str, Any], threshold: int) -> str:
         raise InputError(f"--format {AUTO} starts from the mode of one rod: give {', '.join(missing)} too")
     values = numbers | {"model": model, "length": None, "k3": None, "gamma2": None}
     start = mode_start(read_rod(values), threshold)
-    return auto_equations(_derivation(model), start.title, start.parameters, start.table.tolist())
+    with refusals(start.title):
+        return auto_equations(_derivation(model), start.title, start.parameters, start.table.tolist())
 
 
 def _derivation(model: str | None) -> Any:

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from rodwnl.errors import ComputationError, InputError
+from rodwnl.errors import ComputationError, InputError, shown
 
 COMMANDS = (  # as --help lists them
     "hopf", "landau", "predict", "orbit", "branch", "hysteresis", "simulate", "plot", "figures",
@@ -93,5 +93,5 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _fail(message: str) -> int:
-    print(f"rodwnl: {' '.join(message.split())}", file=sys.stderr)
+    print(f"rodwnl: {shown(' '.join(message.split()))}", file=sys.stderr)
     return 2

@@ -105,12 +105,12 @@ def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str
             stiffness = np.real(StraightRod(functions, values["force"], undeformed)("stretch_stiffness"))
         if not 0 < stiffness < np.inf:
             raise InputError(
-                f"rod {rod.model_name!r}: the stretch stiffness of the undeformed rod is {stiffness:.6g}, but "
-                f"its energy must be convex there"
+                f"rod {rod.model_name!r}: the stretch stiffness of the undeformed rod is {stiffness:.6g}, "
+                "but its energy must be convex there"
             )
         raise InputError(
-            f"rod {rod.model_name!r} has no straight state at force = {np.real(values['force']):.10g}: no stretch "
-            f"above 0 with positive stretch stiffness balances it; take a smaller force"
+            f"rod {rod.model_name!r} has no straight state at force = {np.real(values['force']):.10g}: "
+            "no stretch above 0 with positive stretch stiffness balances it; take a smaller force"
         )
     return complex(nu) if np.iscomplexobj(nu) else float(nu)
 

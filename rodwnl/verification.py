@@ -77,6 +77,7 @@ def _reading(path: Path | None, action: Any, error: type[Exception]) -> Any:
 
 def _check(text: str, tex: Path | None, notation: Notation, only: str | None, model: str | None) -> Report:
     from derivation.model import FOLLOWER
+    from derivation.paper.scan import DISPLAYS
     from derivation.paper.verify import verify
     from rodwnl.models import find_model, refusals
 
@@ -84,6 +85,12 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
     with refusals(model or rod.name):
         derived = _derived(rod)
     result = verify(text, notation, derived, only)
+    if not result.labels and not result.tables:
+        raise InputError(
+            f"{tex.name if tex else 'bundled equations'}: no displayed equation found; looked for "
+            + ", ".join(rf"\begin{{{name}}}" for name in DISPLAYS)
+            + r", \[...\] and $$...$$, and for tables of numbers"
+        )
     rows = [row for row in result.tables if only in (None, row.table) and rod is FOLLOWER]
     if only is not None and not result.findings and not rows:
         raise InputError(f"nothing bears the label {only!r}; {_nearby(only, result.labels)}")

@@ -8,7 +8,7 @@ carried over by :mod:`derivation.paper.carry`. As there, equality is that the di
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar, Literal, Union
 
 from sympy import QQ_I
@@ -159,6 +159,10 @@ class Poly:
             value = _image(a, image)
             if value is not None:
                 images[a] = value
+        return self.replaced(images)
+
+    def replaced(self, images: Mapping[Atom, Poly]) -> Poly:
+        """The atoms of a table replaced by polynomials, those in arguments not."""
         if not images:
             return self
         total: dict[Monomial, Any] = {}

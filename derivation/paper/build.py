@@ -25,6 +25,7 @@ from derivation.paper.syntax import (
     Matrix,
     Neg,
     Num,
+    Power,
     Prime,
     Quot,
     Relation,
@@ -89,8 +90,12 @@ class Builder(Transformer[Token, Any]):
 
     def factor(self, parts: list[Any]) -> Any:
         node = parts[0]
+        powered = False
         for kind, value in parts[1:]:
+            if powered and kind != "sub":
+                raise ValueError("a second superscript after a power; braces or brackets tell what it is on")
             node = script(node, kind, value)
+            powered = powered or (kind == "sup" and not isinstance(value, Mark))
         return node
 
     def sup(self, parts: list[Any]) -> tuple[str, Any]:
@@ -212,8 +217,8 @@ class Builder(Transformer[Token, Any]):
 
     def _is_value(self, fn: Any, paren: Paren) -> bool:
         head = fn
-        while isinstance(head, (Prime, Conj, Dagger)):
-            head = head.arg
+        while isinstance(head, (Prime, Conj, Dagger, Abs, Power)):
+            head = head.base if isinstance(head, Power) else head.arg
         args = self.functions.get(head.name) if isinstance(head, Sym) else None
         if args is None:
             return False

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
-from derivation.errors import ModelError
 from derivation.paper.algebra import poly
 from derivation.paper.displays import complete
 from derivation.paper.kinds import grounds, premise_of
@@ -41,7 +40,7 @@ def holds(equation: Equation, notation: Notation, theory: Theory) -> bool:
     low = Lowering(equation, notation, theory)
     try:
         return not any(reduced(low, p) for p in low.differences())
-    except (UndecidedError, ModelError, UnfitError, ZeroDivisionError):
+    except (UndecidedError, UnfitError, ZeroDivisionError):
         return False
 
 
@@ -56,7 +55,7 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
         for p in low.differences():
             if left := reduced(low, p):
                 return Row(equation, "differs", "left minus right does not vanish", shortest(low, p, left))
-    except (UndecidedError, ModelError) as why:
+    except UndecidedError as why:
         return Row(equation, "not decided", str(why), poly(0))
     except (UnfitError, ZeroDivisionError) as why:
         return Row(equation, "differs", str(why), poly(0))

@@ -207,7 +207,7 @@ class Letters:
         if q in (*STRAINS, *VELOCITIES) and self.names & {"r", "e1", "e2"}:
             return self.theory.kinematics(q) * scale
         if q in LOADS:
-            return -self.theory.drag[LOADS.index(q)] * scale
+            return self.theory.body_force[LOADS.index(q)] * scale
         if q == "energy":
             return integral(self.theory.energy) * scale
         if q == "force":
@@ -239,7 +239,7 @@ class Letters:
         if q == "i":
             return I
         if q in CONSTANTS:
-            return constant(q)
+            return self.theory.named(q)
         if q in ("H", "P0", "P2"):
             return self.theory.shapes[q]
         if q in ("g1", "g2", "g3", "g4"):
@@ -258,7 +258,7 @@ class Letters:
             "omega": constant("omega_branch"),
             "tau": constant("t"),
             "T": constant("epsilon") ** 2 * constant("t"),
-        }.get(q)
+        }.get(q, constant(q) if q in self.theory.d.law.parameters else None)
 
     def _vector(self, q: str) -> tuple[Poly, ...] | Array | None:
         theory = self.theory

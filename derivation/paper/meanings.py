@@ -13,7 +13,6 @@ from typing import Any
 from sympy import QQ_I, Expr
 from sympy.polys.rings import PolyElement
 
-from derivation.errors import ModelError
 from derivation.jets import from_expr, jet_ring
 from derivation.paper.algebra import (
     Atom,
@@ -28,8 +27,10 @@ from derivation.paper.algebra import (
     rational,
 )
 from derivation.paper.carry import from_ring
+from derivation.paper.values import UndecidedError
 from derivation.pipeline import Derivation
 from derivation.resonance import Transformation
+from derivation.solvability import Functional
 from derivation.symbols import symbol
 
 FIELDS = ("x", "y", "theta")
@@ -47,6 +48,30 @@ class Meanings:
     def __init__(self, derivation: Derivation) -> None:
         self.d = derivation
 
+    def carried(self, p: PolyElement) -> Poly:
+        """An element of one of the derivation's rings; what varies along the straight rod in its u."""
+        found = from_ring(p)
+        if not self.profiles:
+            return found
+        return found.map(lambda a: self.profiles.get(a.name) if a.kind == "constant" else None)
+
+    def named(self, name: str) -> Poly:
+        """A constant of the theory by its name; nu and mu are none where they vary along the straight rod."""
+        return self.profiles.get(name, constant(name))
+
+    @cached_property
+    def profiles(self) -> dict[str, Poly]:
+        """nu, mu and the compression along a straight rod that is not uniform, as functions of u."""
+        law, straight = self.d.law, self.d.hierarchy.straight
+        if law.uniform:
+            return {}
+        load = self._of_model(law.body_load[0]) * (atom(U) - 1)
+        along = {"load": load}
+        for name, value in (("nu", straight.nu), ("mu", straight.mu)):
+            assert value is not None
+            along[name] = from_ring(value).map(lambda a: along.get(a.name))
+        return along
+
     def of_order(self, quantity: str, n: int, *, transformed: bool = True) -> Poly | None:
         """The coefficient of epsilon^n of a quantity; None when the theory has none of that name.
 
@@ -57,44 +82,48 @@ class Meanings:
         for names, series in ((STRAINS, k.strains), (VELOCITIES, k.velocities)):
             table |= {q: lambda s=s: s[n] for q, s in zip(names, series, strict=True)}  # type: ignore[misc]
         if quantity in FIELDS:
-            base = {"x": constant("nu") * constant("u")}
-            return base.get(quantity, poly(0)) if n == 0 else atom(Atom("field", quantity, n))
+            if n == 0:
+                return _integrated(self.named("nu")) if quantity == "x" else poly(0)
+            return atom(Atom("field", quantity, n))
         if n == 0 and quantity in STRESSES:
-            return {"F1": -constant("force")}.get(quantity, poly(0))
+            return -self.carried(self.d.hierarchy.straight.load) if quantity == "F1" else poly(0)
         if n in ORDERS:
             order = self.d.hierarchy[n]
             table |= {q: lambda s=s: s for q, s in zip(STRESSES, order.stresses, strict=True)}  # type: ignore[misc]
             table |= {q: lambda s=s: s for q, s in zip(("f1", "f2", "f3"), order.forcing, strict=True)}  # type: ignore[misc]
             if quantity == "b1":
-                return from_ring(order.slopes[0]).at(1)
+                return self.carried(order.slopes[0]).at(1)
             if n == 3 and transformed and quantity in ("f1", "f2", "f3", "y_hat", "theta_hat"):
                 return self._transformed(quantity)
-        return from_ring(table[quantity]()) if quantity in table else None
+        return self.carried(table[quantity]()) if quantity in table else None
 
     def _transformed(self, quantity: str) -> Poly:
         """Order 3 in the transformed variables: x is left as it is and is not forced."""
         third = self.transformation
-        assert third is not None
         if quantity == "f1":
-            return self.vanishing(from_ring(self.d.hierarchy[3].forcing[0]), 3)
+            return self.vanishing(self.carried(self.d.hierarchy[3].forcing[0]), 3)
         if quantity == "y_hat":
-            return atom(Atom("field", "y", 3)) - from_ring(third.rest).at(1) * constant("u")
+            return atom(Atom("field", "y", 3)) - self.carried(third.rest).at(1) * constant("u")
         if quantity == "theta_hat":
-            return atom(Atom("field", "theta", 3)) - from_ring(third.local)
-        return self.in_time(from_ring(third.forcing[0 if quantity == "f2" else 1]))
+            return atom(Atom("field", "theta", 3)) - self.carried(third.local)
+        return self.in_time(self.carried(third.forcing[0 if quantity == "f2" else 1]))
 
     @cached_property
     def shapes(self) -> dict[str, Poly]:
         """H, P0 and P2 in Theta, Y, X0, X2 and their derivatives."""
         second, ring = self.d.second, self.d.modes.ring
-        shear = from_ring(ring["Y_u"]) - from_ring(ring["nu"] * ring["Theta"])
-        found = {"H": shear, "P0": from_ring(second.mean.tension), "P2": from_ring(second.harmonic.tension)}
+        shear = self.carried(ring["Y_u"]) - self.carried(ring["nu"] * ring["Theta"])
+        found = {
+            "H": shear,
+            "P0": self.carried(second.mean.tension),
+            "P2": self.carried(second.harmonic.tension),
+        }
         return {name: p.rewrite(lambda a: self.shape_meaning(a, found)) for name, p in found.items()}
 
     @cached_property
     def g(self) -> dict[str, Poly]:
         """g1 ... g4 in the same."""
-        names = {f"g{k}": from_ring(g) for k, g in enumerate(self.transformation.g, 1)}
+        names = {f"g{k}": self.carried(g) for k, g in enumerate(self.transformation.g, 1)}
         return {name: p.rewrite(lambda a: self.shape_meaning(a, self.shapes)) for name, p in names.items()}
 
     def shape_meaning(self, a: Atom, found: dict[str, Poly]) -> Poly | None:
@@ -112,18 +141,19 @@ class Meanings:
         """The variables of order 3 in which a paper of this notation states its cubic forcing.
 
         Raises:
-            ModelError: if the rod's load allows no such variables.
+            UndecidedError: if the rod's load allows no such variables.
         """
         if self.d.third.transformed is None:
-            raise ModelError(
-                f"{self.d.model.name}: its load mixes fields of order 3; no transformed variables"
+            raise UndecidedError(
+                f"the load of {self.d.model.name} mixes fields of order 3 into its conditions: there are no "
+                "transformed variables, and no g1 ... g4"
             )
         return self.d.third.transformed
 
     @cached_property
     def ansatz(self) -> dict[tuple[str, int], Poly]:
         """(field, order) -> the wave that is inserted for it."""
-        return {key: self.in_time(from_ring(p)) for key, p in self.d.second.modes.fields.items()}
+        return {key: self.in_time(self.carried(p)) for key, p in self.d.second.modes.fields.items()}
 
     def vanishing(self, p: Poly, n: int) -> Poly:
         """Fields of orders below n that the solutions found there set to zero."""
@@ -146,7 +176,7 @@ class Meanings:
         rows = []
         for row, weight in zip(self.d.hierarchy[1].linear, self.weights, strict=True):
             entries = [poly(0)] * 3
-            for m, c in from_ring(row).terms.items():
+            for m, c in self.carried(row).terms.items():
                 (jet,) = (a for a, _ in m if a.kind == "field")
                 if not jet.tau:
                     rest = m - {(jet, 1)}
@@ -161,7 +191,7 @@ class Meanings:
         rows = [self.operator[0]]
         for row, weight in zip(self.d.adjoint.operator, self.weights[1:], strict=True):
             entries = [poly(0)] * 3
-            for m, c in from_ring(row).conjugate().terms.items():
+            for m, c in self.carried(row).conjugate().terms.items():
                 (jet,) = (a for a, _ in m if a.kind == "shape")
                 place = 1 + ("Psi_Y", "Psi_Theta").index(jet.name)
                 op = atom(Atom("operator", "u")) ** jet.u
@@ -176,7 +206,7 @@ class Meanings:
         for f, row in zip(FIELDS, self.d.hierarchy[1].linear, strict=True):
             rate = Atom("field", f, 1, tau=1)
             found.append(
-                Poly.of((m - {(rate, 1)}, c) for m, c in from_ring(row).terms.items() if (rate, 1) in m)
+                Poly.of((m - {(rate, 1)}, c) for m, c in self.carried(row).terms.items() if (rate, 1) in m)
             )
         return tuple(found)
 
@@ -187,39 +217,41 @@ class Meanings:
         a, a_bar = atom(Atom("amplitude", "A")), atom(Atom("amplitude", "A", bar=True))
         slow = atom(Atom("amplitude", "A", slow=1))
         y, theta = (
-            a**2 * a_bar * from_ring(c) + constant("Delta") * a * from_ring(f) + slow * from_ring(s)
+            a**2 * a_bar * self.carried(c) + constant("Delta") * a * self.carried(f) + slow * self.carried(s)
             for c, f, s in zip(r.cubic, r.detuning, r.slow, strict=True)
         )
         return y, theta
 
     @cached_property
     def landau(self) -> dict[str, Poly]:
-        """alpha and beta as quotients of integrals."""
+        """alpha and beta as quotients of integrals; without transformed variables, end terms stay."""
         c = self.d.landau
-        assert c.cubic is not None
-        assert c.detuning is not None
         weight = self.norm.inverse()
-        return {
-            "alpha": integral(from_ring(c.cubic.integrand)) * weight,
-            "beta": integral(from_ring(c.detuning.integrand)) * weight,
-        }
+        pairs = {"alpha": c.cubic or c.cubic_kept, "beta": c.detuning or c.detuning_kept}
+        return {name: self._functional(value) * weight for name, value in pairs.items()}
 
     @cached_property
     def norm(self) -> Poly:
         """The denominator of alpha and beta."""
-        return integral(from_ring(self.d.landau.norm.integrand))
+        return self._functional(self.d.landau.norm)
+
+    def _functional(self, f: Functional) -> Poly:
+        """An integral and its end terms."""
+        return integral(self.carried(f.integrand)) + self.carried(f.boundary)
 
     def _of_model(self, e: Expr, *names: str) -> Poly:
         """A formula of the model, polynomial in its parameters and these quantities.
 
         Raises:
-            ModelError: if it is no polynomial.
+            UndecidedError: if it is no polynomial.
         """
         ring = jet_ring([*names, *self.d.law.parameters])
         try:
             return from_ring(from_expr(e.expand(), ring))
-        except ValueError as problem:
-            raise ModelError(f"{self.d.model.name}: {problem}") from None
+        except ValueError:
+            raise UndecidedError(
+                f"{self.d.model.name}: {e} is no polynomial, and only those are compared"
+            ) from None
 
     @cached_property
     def stress_law(self) -> Vector:
@@ -233,8 +265,15 @@ class Meanings:
 
     @cached_property
     def drag(self) -> Vector:
-        """Minus the body force and torque, in the exact strains and velocities."""
+        """The drag, in the exact strains and velocities."""
         return tuple(_exact(self._of_model(e, *STRAINS, *VELOCITIES)) for e in self.d.model.drag)
+
+    @cached_property
+    def body_force(self) -> Vector:
+        """The body force and torque: the load along the rod minus the drag."""
+        return tuple(
+            self._of_model(e) - drag for e, drag in zip(self.d.model.body_load, self.drag, strict=True)
+        )
 
     @cached_property
     def tip_load(self) -> Vector:
@@ -248,13 +287,22 @@ class Meanings:
         table = dict(
             zip((*STRAINS, *VELOCITIES), (*self.d.exact.strains, *self.d.exact.velocities), strict=True)
         )
-        return from_ring(table[quantity])
+        return self.carried(table[quantity])
 
 
 def _exact(p: Poly) -> Poly:
     """The quantities of a law as the exact ones."""
     names = (*STRAINS, *VELOCITIES, "cos", "sin", "theta")
     return p.map(lambda a: atom(Atom("exact", a.name)) if a.name in names else None)
+
+
+def _integrated(p: Poly) -> Poly:
+    """int_0^u of a polynomial in u."""
+    total = poly(0)
+    for m, c in p.terms.items():
+        power = dict(m).get(U, 0)
+        total += Poly({m: c}) * atom(U) * rational(1, power + 1)
+    return total
 
 
 def integral(p: Poly) -> Poly:

@@ -19,7 +19,7 @@ from derivation.paper.syntax import (
     walk,
 )
 from derivation.paper.tokens import NAMES, tokenize
-from derivation.paper.waiting import D, Fn, Op, Paren
+from derivation.paper.waiting import D, Fn, Mark, Op, Paren
 
 
 class _Ready(Lexer):
@@ -35,7 +35,7 @@ class _Ready(Lexer):
 @cache
 def _parser() -> Lark:
     text = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
-    return Lark(text, parser="lalr", lexer=_Ready)
+    return Lark(text, parser="lalr", lexer=_Ready, propagate_positions=True)
 
 
 def parse(tokens: Sequence[Token], functions: Functions) -> list[tuple[str, Expr]]:
@@ -55,10 +55,11 @@ def parse(tokens: Sequence[Token], functions: Functions) -> list[tuple[str, Expr
     except UnexpectedInput as error:
         raise ReadError(last, str(error)) from None
     except VisitError as error:
-        raise ReadError(tokens[0].line or 1, str(error.orig_exc)) from None
+        line = getattr(getattr(error.obj, "meta", None), "line", tokens[0].line)
+        raise ReadError(line or 1, str(error.orig_exc)) from None
     for _, side in chain:
         for node in walk(side):
-            if isinstance(node, (Paren, Op, Fn, D)):
+            if isinstance(node, (Paren, Op, Fn, D, Mark)):
                 raise ReadError(tokens[0].line or 1, f"{node.shown} has nothing to act on")
     return chain
 

@@ -10,14 +10,15 @@ from derivation.paper.ledger import holds
 from derivation.paper.mistakes import ZERO
 from derivation.paper.notation import Notation
 from derivation.paper.rows import Row
-from derivation.paper.syntax import Equation, Expr, Node, Quot, Relation, Rest, Sum, walk
+from derivation.paper.syntax import Equation, Expr, Int, Node, Quot, Relation, Rest, Sum, walk
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import latex, tree
 
 #: A difference of at most so many terms is named as a missing (or surplus) term.
 SHORT = 3
-#: At most so many edits are tried for one equation.
-TRIALS = 300
+#: At most so many edits are tried for one equation, and for one with integrals, where each takes far longer;
+#: of every single error in alpha or beta the edit that undoes it is among the first 160.
+TRIALS, TRIALS_OF_INTEGRALS = 300, 200
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,9 @@ class Repair:
 
 def repair(row: Row, notation: Notation, theory: Theory) -> Repair | None:
     """The smallest single edit of the printed equation after which it holds; None if there is none."""
-    for edit in islice(sorted(repairs(row.equation, notation), key=_size), TRIALS):
+    integrals = any(isinstance(n, Int) for n in walk(row.equation.body))
+    trials = TRIALS_OF_INTEGRALS if integrals else TRIALS
+    for edit in islice(sorted(repairs(row.equation, notation), key=_size), trials):
         if holds(edit.equation, notation, theory) and not _vacuous(edit.equation, notation, theory):
             return Repair(edit.kind, _words(edit), _printed(edit.equation), edit.equation.body)
     return _missing_term(row, notation, theory)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from derivation.errors import ModelError
 from derivation.paper.algebra import (
     Atom,
     I,
@@ -13,8 +12,16 @@ from derivation.paper.algebra import (
     constant,
     poly,
 )
-from derivation.paper.carry import from_ring
-from derivation.paper.meanings import FIELDS, ORDERS, STRAINS, STRESSES, VELOCITIES, Meanings
+from derivation.paper.meanings import (
+    FIELDS,
+    ORDERS,
+    STRAINS,
+    STRESSES,
+    VELOCITIES,
+    Meanings,
+    normal_integrals,
+)
+from derivation.paper.values import UndecidedError
 
 
 class Theory(Meanings):
@@ -30,21 +37,21 @@ class Theory(Meanings):
         These are the integrand and the end term that the expansion gives for the detuning.
 
         Raises:
-            ModelError: if they are not, as with another tip load.
+            UndecidedError: if they are not, as with another tip load.
         """
         rate = I * constant("omega")
         bulk = poly(0)
         for k, (name, row) in enumerate(zip(("Y", "Theta"), self.d.adjoint.primal, strict=True), 1):
-            slope = self.by_force(from_ring(row)) - rate * self.by_force(self.weights[k]) * atom(
+            slope = self.by_force(self.carried(row)) - rate * self.by_force(self.weights[k]) * atom(
                 Atom("shape", name)
             )
             bulk += atom(Atom("shape", f"Psi_{name}", bar=True)) * slope
         theta, psi = atom(Atom("shape", "Theta", place=1)), atom(Atom("shape", "Psi_Y", bar=True, place=1))
-        end = constant("k2") * psi * self.by_force(constant("nu")) * theta
+        end = constant("k2") * psi * self.by_force(self.named("nu").at(1)) * theta
         kept = self.d.landau.detuning_kept
         for ours, theirs in ((bulk, kept.integrand), (end, kept.boundary)):
-            if self.canonical(self.by_equations(ours - from_ring(theirs))):
-                raise ModelError(f"{self.d.model.name}: d lambda/dF is not shown to be beta")
+            if self.canonical(self.by_equations(ours - self.carried(theirs))):
+                raise UndecidedError(f"{self.d.model.name}: d lambda/dF is not shown to be beta")
         return "beta"
 
     def by_force(self, p: Poly) -> Poly:
@@ -57,13 +64,13 @@ class Theory(Meanings):
         rules: dict[tuple[str, str, int], Poly] = {}
         for n in ORDERS:
             for f, row in zip(FIELDS, self.d.hierarchy[n].balance, strict=True):
-                rules["field", f, n] = _solve(from_ring(row), Atom("field", f, n, u=2))
+                rules["field", f, n] = _solve(self.carried(row), Atom("field", f, n, u=2))
         interior = self.d.adjoint.modes.interior | self.d.second.modes.interior
         for g, value in interior.items():
-            (m,) = from_ring(g).terms
+            (m,) = self.carried(g).terms
             ((a, _),) = m
             if a.u == 2 and not a.bar:
-                rules["shape", a.name, 0] = from_ring(value).rewrite(
+                rules["shape", a.name, 0] = self.carried(value).rewrite(
                     lambda b: self.shape_meaning(b, self.shapes)
                 )
         return rules
@@ -73,26 +80,26 @@ class Theory(Meanings):
         """Values at the ends: the rod's conditions order by order, those of the modes and corrections."""
         rules: dict[Atom, Poly] = {}
         for g, value in self.d.hierarchy.tip_rules.items():
-            (m,) = from_ring(g).terms
+            (m,) = self.carried(g).terms
             ((a, _),) = m
-            rules[a.replace(place=1)] = from_ring(value).at(1)
+            rules[a.replace(place=1)] = self.carried(value).at(1)
             if a.order == 1 and a.name != "x":  # the mode obeys the conditions of order 1
-                rules[_of_mode(a).replace(place=1)] = (
-                    from_ring(value).map(lambda b: atom(_of_mode(b)) if b.kind == "field" else None).at(1)
-                )
+                shape = Atom("shape", _MODE[a.name], u=a.u, place=1)
+                rules[shape] = self.carried(value).map(_of_mode).at(1)
         for n in ORDERS:
             rules |= {Atom("field", f, n, place=0): poly(0) for f in FIELDS}
         for c in (self.d.second.mean, self.d.second.harmonic):
             name = f"X{c.harmonic}"
-            rules[Atom("shape", name, u=1, place=1)] = from_ring(c.tip_slope).at(1)
+            drag = self.carried(c.tip_drag) * atom(Atom("shape", name))
+            rules[Atom("shape", name, u=1, place=1)] = (self.carried(c.tip_slope) + drag).at(1)
             rules[Atom("shape", name, place=0)] = poly(0)
         rules |= {Atom("shape", s, place=0): poly(0) for s in ("Y", "Theta", "Psi_Y", "Psi_Theta")}
         rules[Atom("shape", "Y", place=1)] = poly(1)  # the normalisation
         for g, value in self.d.adjoint.modes.tip.items():
-            (m,) = from_ring(g).terms
+            (m,) = self.carried(g).terms
             ((a, _),) = m
             if a.name.startswith("Psi") and a.u and not a.bar:
-                rules[a.replace(place=1)] = from_ring(value).at(1)
+                rules[a.replace(place=1)] = self.carried(value).at(1)
         return rules
 
     @cached_property
@@ -100,13 +107,13 @@ class Theory(Meanings):
         """nu and mu by the base state; the saturated amplitude and what follows from it."""
         amplitude, straight = self.d.amplitude, self.d.hierarchy.straight
         detuning = constant("epsilon") ** 2 * constant("Delta")
-        slope = from_ring(amplitude.sigma[0]) * from_ring(amplitude.sigma[1]).inverse()
+        slope = self.carried(amplitude.sigma[0]) * self.carried(amplitude.sigma[1]).inverse()
         delta = constant("Delta").inverse()
         return {
-            **({"nu": from_ring(straight.nu)} if straight.nu is not None else {}),
-            "mu": from_ring(straight.mu),
-            "R_T": from_ring(amplitude.radial),
-            "phase_T": from_ring(amplitude.phase),
+            **({"nu": self.carried(straight.nu)} if straight.nu is not None else {}),
+            "mu": self.carried(straight.mu),
+            "R_T": self.carried(amplitude.radial),
+            "phase_T": self.carried(amplitude.phase),
             "sigma": slope,
             "omega_branch": constant("omega") + slope * delta * detuning,
             "A_tip": 2 * _root(self.saturated * delta * detuning),
@@ -115,18 +122,30 @@ class Theory(Meanings):
     @cached_property
     def saturated(self) -> Poly:
         """R*^2."""
-        return from_ring(self.d.amplitude.saturated[0]) * from_ring(self.d.amplitude.saturated[1]).inverse()
+        return (
+            self.carried(self.d.amplitude.saturated[0])
+            * self.carried(self.d.amplitude.saturated[1]).inverse()
+        )
 
     def by_exact_laws(self, p: Poly) -> Poly:
         """Modulo the balance laws (eq:dynamicsfull), the rod's conditions at its ends and its stress law."""
         names = (*STRAINS, *VELOCITIES, *STRESSES)
         h1, h2, bend, _, _, _, f1, f2, _ = (atom(Atom("exact", q)) for q in names)
         turning = (bend * f2, -bend * f1, h2 * f1 - h1 * f2)
-        rules = {Atom("exact", f, u=1): d + t for f, d, t in zip(STRESSES, self.drag, turning, strict=True)}
-        rules |= {Atom("exact", f, place=1): load for f, load in zip(STRESSES, self.tip_load, strict=True)}
-        rules |= {Atom("exact", f, place=0): poly(0) for f in FIELDS}
-        stress = {Atom("exact", f): law for f, law in zip(STRESSES, self.stress_law, strict=True)}
-        return p.rewrite(rules.get).rewrite(stress.get)
+
+        def law(a: Atom) -> Poly | None:
+            if a.name in FIELDS and a == Atom("exact", a.name, place=0):
+                return poly(0)
+            if a.name in STRESSES:
+                k = STRESSES.index(a.name)
+                if a == Atom("exact", a.name, u=1):
+                    return turning[k] - self.body_force[k]
+                if a == Atom("exact", a.name, place=1):
+                    return self.tip_load[k]
+            return None
+
+        stress = {Atom("exact", f): k for k, f in enumerate(STRESSES)}
+        return p.rewrite(law).rewrite(lambda a: self.stress_law[stress[a]] if a in stress else None)
 
     def insert_waves(self, p: Poly) -> Poly:
         """Every field whose wave is known, as that wave."""
@@ -144,7 +163,16 @@ class Theory(Meanings):
 
     def by_equations(self, p: Poly) -> Poly:
         """Modulo the balance laws, the equations of the modes, and the conditions at the ends."""
-        return p.rewrite(lambda a: self.shape_meaning(a, self.shapes)).rewrite(self._rule)
+        atoms = {a for m in p.terms for a, _ in m}
+        for a in atoms - self._solved.keys():
+            value = atom(a).rewrite(lambda b: self.shape_meaning(b, self.shapes)).rewrite(self._rule)
+            self._solved[a] = normal_integrals(value) if a.kind == "integral" else value
+        return p.replaced({a: q for a in atoms if (q := self._solved[a]) != atom(a)})
+
+    @cached_property
+    def _solved(self) -> dict[Atom, Poly]:
+        """Atoms modulo the equations, as they come up: the trials of a repair share most of theirs."""
+        return {}
 
     def by_lower_orders(self, p: Poly, n: int) -> Poly:
         """Modulo the conditions at the ends of orders below n."""
@@ -172,7 +200,7 @@ class Theory(Meanings):
 
     def restored(self, p: Poly) -> Poly:
         """An expression in the letters in which the theory is written: H, P0, P2 for Y', X0', X2'."""
-        shear = atom(Atom("shape", "H")) + constant("nu") * atom(Atom("shape", "Theta"))
+        shear = atom(Atom("shape", "H")) + self.named("nu") * atom(Atom("shape", "Theta"))
         slopes = {"Y": shear}
         for name in ("X0", "X2"):
             tension = atom(Atom("shape", f"P{name[1]}")) - self.shapes[f"P{name[1]}"]
@@ -208,9 +236,14 @@ class Theory(Meanings):
         )
 
 
-def _of_mode(a: Atom) -> Atom:
-    """The shape in the place of a transverse field of order 1."""
-    return Atom("shape", {"y": "Y", "theta": "Theta"}[a.name], u=a.u)
+_MODE = {"y": "Y", "theta": "Theta"}
+
+
+def _of_mode(a: Atom) -> Poly | None:
+    """What stands for a transverse field of order 1 in the mode Y e^{i omega tau}."""
+    if a.kind != "field":
+        return None
+    return (I * constant("omega")) ** a.tau * atom(Atom("shape", _MODE[a.name], u=a.u))
 
 
 def _solve(row: Poly, top: Atom) -> Poly:
@@ -226,10 +259,10 @@ def _root(p: Poly) -> Poly:
 
 def _reduced_power(p: Poly, a: Atom, square: Poly) -> Poly:
     """Even powers of an atom whose square is known."""
-    total = poly(0)
-    for m, c in p.terms.items():
-        power = dict(m).get(a, 0)
+    powers = {m: e for m in p.terms for b, e in m if b == a}
+    total = p.keep(lambda m: m not in powers)
+    for m, power in powers.items():
         half, rest = divmod(power, 2)
         head = m - {(a, power)} | ({(a, rest)} if rest else frozenset())
-        total += Poly({frozenset(head): c}) * square**half
+        total += Poly({frozenset(head): p.terms[m]}) * square**half
     return total

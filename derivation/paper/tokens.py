@@ -12,6 +12,7 @@ from collections.abc import Callable
 from lark import Token
 
 from derivation.errors import ReadError
+from derivation.paper.scripts import resolve, single_digits
 
 MAX_TOKENS = 20_000
 MAX_DEPTH = 40
@@ -80,7 +81,6 @@ NAMES = {
 _TOKEN = re.compile(
     r"""(?P<blank>[\s~]+)
       | (?P<ccnst>\\mathrm\s*\{\s*c\.c\.\s*\+\s*\\mathrm\s*\{\s*n\.s\.t\.\s*\}\s*\})
-      | (?P<order>\^\s*\{\s*\(\s*(?P<index>[0-9]+|[a-z])\s*\)\s*\})
       | (?P<label>\\label\s*\{(?P<key>[^{}]*)\})
       | (?P<matrix>\\(?P<edge>begin|end)\s*\{(?P<env>[a-zA-Z]+\*?)\})
       | (?P<words>\\(?:mathrm|text|textrm|operatorname\*?|rm)\s*(?:\{(?P<text>[^{}]*)\}|(?P<short>[A-Za-z])))
@@ -99,10 +99,11 @@ MATRICES = {"bmatrix", "pmatrix", "matrix"}
 
 
 def tokenize(text: str, line: int) -> list[Token]:
-    """Tokens of mathematics that begins on ``line``; brackets matched, bars resolved.
+    """Tokens of mathematics that begins on ``line``; brackets matched, bars and superscripts resolved.
 
     Raises:
-        ReadError: an unknown command or character, an unmatched bracket, too long or too deeply nested.
+        ReadError: an unknown command or character, an unmatched bracket, a superscript of no known kind, too
+            long or too deeply nested.
     """
     raw: list[Token] = []
     at = 0
@@ -115,7 +116,7 @@ def tokenize(text: str, line: int) -> list[Token]:
         at = match.end()
         if len(raw) > MAX_TOKENS:
             raise ReadError(line, f"more than {MAX_TOKENS} symbols in one display; split it")
-    return _match_brackets(raw)
+    return resolve(list(single_digits(_match_brackets(raw))))
 
 
 def _classify(m: re.Match[str], line: int) -> list[Token]:
@@ -128,8 +129,6 @@ def _classify(m: re.Match[str], line: int) -> list[Token]:
             return []
         case "ccnst":
             return [tok("CC", ""), tok("SIGN", "+"), tok("NST", "")]
-        case "order":
-            return [tok("ORDER", m["index"])]
         case "label":
             return [tok("LABEL", m["key"].strip())]
         case "matrix":

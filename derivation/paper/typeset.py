@@ -34,6 +34,8 @@ from derivation.paper.syntax import (
     Sym,
     Tuple,
 )
+from derivation.paper.tokens import GREEK
+from derivation.symbols import latex_of
 
 SUM, PRODUCT, SCRIPT, ATOM = range(4)
 RELATIONS = {"=": "=", "equiv": r"\equiv", "simeq": r"\simeq", "to": r"\to"}
@@ -266,6 +268,14 @@ def _letter(quantity: str, notation: Notation, order: str = "") -> Sym:
         return Sym(rf"\{quantity}\theta")
     scaled = quantity in SCALED
     letters = [x for x, q in notation.symbols.items() if q == quantity]
-    letters = [OTHERS[quantity]] if quantity in OTHERS else letters or [quantity]
+    letters = [OTHERS[quantity]] if quantity in OTHERS else letters or [_spelled(quantity)]
     base, _, sub = max(letters, key=lambda x: ("\\tilde" in x) == scaled).partition("_")
     return Sym(base, sub.strip("{}") if sub.count("{") < 2 else sub[1:-1], order)
+
+
+def _spelled(quantity: str) -> str:
+    """A quantity of the derivation, or a rod's own parameter, that the notation has no letter for."""
+    tex = latex_of(quantity)
+    if tex != quantity or len(quantity) == 1:
+        return tex
+    return f"\\{quantity}" if quantity in GREEK else rf"\mathrm{{{quantity.replace('_', ' ')}}}"

@@ -6,7 +6,7 @@ A bracket waits to learn whether it is an argument, a prefix (``\\partial_u``, `
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -26,6 +26,7 @@ from derivation.paper.syntax import (
     Prime,
     Prod,
     Quot,
+    Relation,
     Sum,
     Sym,
     Tuple,
@@ -74,6 +75,10 @@ class Mark:
 
 
 def script(node: Any, kind: str, value: Any) -> Any:
+    if isinstance(node, Num) and (kind != "sup" or isinstance(value, Mark)):
+        raise ValueError("a prime, a mark or a subscript on a number")
+    if isinstance(value, (Tuple, Relation)) and kind == "sup":
+        raise ValueError("a list or a relation as superscript")
     if kind == "prime":
         return Prime(node.arg, node.n + value) if isinstance(node, Prime) else Prime(node, value)
     if kind == "order":
@@ -85,6 +90,8 @@ def script(node: Any, kind: str, value: Any) -> Any:
             raise ValueError(f"a lone {value.kind} as superscript")
         return Conj(node) if value.kind == "star" else Dagger(node)
     if isinstance(node, Fn):
+        if isinstance(value, Neg):
+            raise ValueError(f"{node.name} to a negative power: an inverse function or a quotient?")
         return Fn(node.name, value)
     if isinstance(node, (Op, D)):
         n = small_integer(value)
@@ -95,6 +102,8 @@ def script(node: Any, kind: str, value: Any) -> Any:
 
 
 def _with_subscript(node: Any, value: Any) -> Any:
+    if isinstance(node, (Prime, Conj, Dagger)):
+        return replace(node, arg=_with_subscript(node.arg, value))
     if isinstance(node, Sym) and not node.sub:
         return Sym(node.base, _text(value), node.order)
     if isinstance(node, D) and node.partial and isinstance(value, Sym):
@@ -107,8 +116,8 @@ def _with_subscript(node: Any, value: Any) -> Any:
 
 
 def _with_order(node: Any, order: str) -> Any:
-    if isinstance(node, Prime):
-        return Prime(_with_order(node.arg, order), node.n)
+    if isinstance(node, (Prime, Conj, Dagger)):
+        return replace(node, arg=_with_order(node.arg, order))
     if isinstance(node, Sym) and not node.order:
         return Sym(node.base, node.sub, order)
     raise ValueError(f"an order ({order}) on something that is not a letter")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rodwnl.errors import shown
 from rodwnl.options import Json
 from rodwnl.output import print_json, print_table
 
@@ -73,13 +74,13 @@ def _print_ledger(report: "Report") -> None:
         if rows:
             lines.append([group, *(str(sum(f.row.status == s for f in rows)) for s in STATUSES)])
     lines.append(["all", *map(str, report.counts.values())])
-    print_table(["equations", *STATUSES], lines, title=report.source)
+    print_table(["equations", *STATUSES], lines, title=shown(report.source))
     tables = dict.fromkeys(c.table for c in report.cells)
     if tables:
         cells: dict[str, list[str]] = {t: [c.status for c in report.cells if c.table == t] for t in tables}
         print_table(
             ["cells", *report.cell_counts],
-            [[t, *(str(found.count(s)) for s in report.cell_counts)] for t, found in cells.items()],
+            [[shown(t), *(str(found.count(s)) for s in report.cell_counts)] for t, found in cells.items()],
         )
     for finding in report.findings:
         if finding.row.status in ("differs", "not decided"):
@@ -106,10 +107,10 @@ def _print_details(f: "Finding", report: "Report") -> None:
         "effect": effect_sentence(report.effects.get(e.label)),
         "stage": f.stage,
     }
-    print(f"{e.label}, line {e.line}: {f.row.status}")
+    print(f"{shown(e.label)}, line {e.line}: {f.row.status}")
     for name, text in said.items():
         if text:
-            print(f"  {name:<11}{text}")
+            print(f"  {name:<11}{shown(text)}")
     print()
 
 
@@ -118,6 +119,6 @@ def _print_cells(cells: "tuple[Cell, ...]") -> None:
         method = f" ({c.method})" if c.method else ""
         remark = f"; {c.remark}" if c.remark else ""
         print(
-            f"{c.table} {c.row} {c.column}{method}: {c.status}; printed {c.printed}, computed {c.computed}, "
-            f"independent value agrees to {c.agreement} digits{remark}"
+            shown(f"{c.table} {c.row} {c.column}{method}: {c.status}; printed {c.printed}, ")
+            + f"computed {c.computed}, independent value agrees to {c.agreement} digits{remark}"
         )

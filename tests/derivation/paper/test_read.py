@@ -24,6 +24,7 @@ from derivation.paper.syntax import (
     Power,
     Prime,
     Prod,
+    Quot,
     Relation,
     Sum,
     Sym,
@@ -128,6 +129,53 @@ def test_inline_definitions_only_of_the_wanted_letters():
 )  # fmt: skip
 def test_trees(latex, tree):
     assert expr(latex) == tree
+
+
+X2 = Sym("x", "", "2")
+
+
+@pytest.mark.parametrize(
+    ("spellings", "tree"),
+    [
+        ((r"x^{(2)'}", r"x^{(2)\prime}", r"x^{\prime(2)}", r"x'^{(2)}"), Prime(X2, 1)),
+        ((r"x^{\left(2\right)\,'}", r"x^{ ( 2 ) }'"), Prime(X2, 1)),
+        ((r"x^{(2)''}", r"x^{(2)\prime\prime}", r"x^{'(2)'}"), Prime(X2, 2)),
+        ((r"x^{(2)*}", r"x^{*(2)}", r"x^{(2)\ast}"), Conj(X2)),
+        ((r"x^{(2)'*}", r"x^{(2)\prime *}"), Conj(Prime(X2, 1))),
+        ((r"Y'^{*}", r"Y^{\prime *}", r"Y^{'*}"), Conj(Prime(Sym("Y"), 1))),
+        ((r"Y^{*\prime}", r"Y^{*}'", r"(Y^*)'"), Prime(Conj(Sym("Y")), 1)),
+        ((r"Y^\prime", r"Y^{\prime}", "Y'"), Prime(Sym("Y"), 1)),
+        ((r"x^{(2)2}", r"{x^{(2)}}^2", r"(x^{(2)})^2"), Power(X2, TWO)),
+        ((r"\Psi^*_Y", r"\Psi_Y^*"), Conj(Sym(r"\Psi", "Y"))),
+        ((r"h'_1", r"h_1'"), Prime(Sym("h", "1"), 1)),
+        ((r"|Y|^{2}", r"|Y|^2"), Power(Abs(Sym("Y")), TWO)),
+        ((r"\Theta^2(1)",), Apply(Power(Sym(r"\Theta"), TWO), (ONE,))),
+        ((r"\frac12 Y", r"\frac{1}2 Y"), Prod((Quot(ONE, TWO), Sym("Y")))),
+        ((r"Y^12", r"Y^{1}2"), Prod((Power(Sym("Y"), ONE), TWO))),
+        ((r"\dot{x}^{(2)}",), Sym(r"\dot{x}", "", "2")),
+        ((r"e^{(2)}",), Func("exp", TWO)),
+    ],
+)  # fmt: skip
+def test_scripts(spellings, tree):
+    assert [expr(s) for s in spellings] == [tree] * len(spellings)
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        "^{(2)+1}", "^{(N)}", "^{(ii)}", "^{(n+1)}", "^{[2]}", "^{2(2)}", r"^{(2)\theta}", "^{2'}", "^2'",
+        "^2^3", "^{2*}", "^{1,2}", "^{a=b}", "^{}", "^{+}", "^1.5", "_{(2)}", "_{2'}", "_{a^{(2)}}",
+        "_{a+b}", "_1_2",
+    ],
+)  # fmt: skip
+def test_a_script_that_is_not_understood_is_an_error(script):
+    with pytest.raises(ReadError, match="line 3: "):
+        of(f"\\[\n Y = H +\n x{script} \\]")
+
+
+def test_an_inverse_function_is_not_taken_for_a_quotient():
+    with pytest.raises(ReadError, match="cos to a negative power"):
+        expr(r"\cos^{-1}\theta")
 
 
 @pytest.mark.parametrize("spelling", [r"\tilde{k}_1", r"\tilde k_1", r"\tilde{k}_{1}", r"\tilde{k_1}"])

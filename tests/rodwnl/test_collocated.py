@@ -180,13 +180,6 @@ def test_what_cannot_be_done_with_a_model_is_one_line(capsys, arguments, message
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [["simulate", "--force", "40", "--reduced"], ["hysteresis"]])
-def test_commands_for_the_plain_rod_say_so(capsys, command):
-    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "metric-drag"]
-    assert cli.run([*command, *rod]) == 2
-    assert "made for the rod 'follower'" in capsys.readouterr().err
-
-
 def test_a_rod_in_si_units_keeps_its_own_parameters_dimensionless():
     rod = RodParameters.from_physical(
         L="1e-5", k1="1e-9", k2="1e-9", k3="1e-23", gamma1="1e-3", gamma2="2e-3", gamma3="1e-17",

@@ -96,6 +96,12 @@ def sentences(search: "HopfSearch") -> list[str]:
             if rod.model == PLAIN
             else "The range ends there because the straight rod is compressed to a thousandth, or ends."
         )
+    if search.unstable_unloaded:
+        many = search.unstable_unloaded > 1
+        said.append(
+            f"The straight rod is unstable already at force = 0: {search.unstable_unloaded} "
+            f"{'eigenvalues have' if many else 'eigenvalue has'} positive real part."
+        )
     said += [_buckling(search, t) for t in search.steady]
     if not search.thresholds:
         said.append("No Hopf threshold." if search.steady else _quiet(search))
@@ -113,6 +119,8 @@ def _buckling(search: "HopfSearch", threshold: "HopfThreshold") -> str:
 
 def _quiet(search: "HopfSearch") -> str:
     rod = search.rod
+    if search.unstable_unloaded:
+        return "No Hopf threshold: it is unstable in the whole range."
     growth = with_unit(rod, "growth", search.growth)
     force = with_unit(rod, "force", search.growth_force)
     return (
@@ -128,6 +136,7 @@ def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict
         "range": ["0", decimal_text(search.max_force)],
         "thresholds": list(thresholds),
         **steady,
+        **({"unstable_unloaded": search.unstable_unloaded} if search.unstable_unloaded else {}),
         "notes": sentences(search)[2:],
     }
 

@@ -95,19 +95,21 @@ class _Found:
 
 def _newton(rod: RodParameters, low: float, high: float, force: float, omega: float, nodes: Nodes) -> _Found:
     """Re λ(F) = 0 from a start in [low, high], where exactly one crossing lies; λ real where omega is 0."""
-    moves = [np.inf]
-    while moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2:
+    moves, noise = [np.inf], 0.0
+    while moves[-1] > max(CONVERGED, noise) or moves[-1] < moves[-2] / 2:
         p, A_force, B_force = stepped(rod, force, nodes)
         pair = nearest(p, 1j * omega)
         u, v, lam = pair.left.conj(), pair.right, pair.eigenvalue
+        omega = omega if abs(lam.imag) > pair.noise else 0.0  # the pencil is real
         slope = complex(u @ (A_force - lam * B_force) @ v / (u @ p.B @ v))
         step = -lam.real / slope.real
         turn = lam.imag + slope.imag * step - omega if omega else 0.0
         moves.append(abs(step) / force + (abs(turn) / omega if omega else 0.0))
-        settled = not (moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2)
+        noise = pair.noise / (abs(slope.real) * force)  # what rounding leaves of a small force
+        settled = not (moves[-1] > max(CONVERGED, noise) or moves[-1] < moves[-2] / 2)
         if settled:
             return _Found(force, omega, slope if omega else complex(slope.real), pair)
         force, omega = force + step, omega + turn
         if not (low - abs(step) <= force <= high + abs(step) and len(moves) < MOST_STEPS):
             break
-    raise ComputationError(undecided(low))
+    raise ComputationError(undecided(low, 1j * omega))

@@ -30,6 +30,7 @@ _UNITS = {
     "alpha5": (-4, -1, 0, "1/(m⁴ s)"),
     "A_tip2_curvature": (2, 0, -2, "m²/N²"),
     "omega_curvature": (0, -1, -2, "rad/(N² s)"),
+    "y_tip": (1, 0, 0, "m"),
     "y_tip2_slope": (2, 0, -1, "m²/N"),
 }
 

@@ -116,6 +116,13 @@ class Pitchfork:
     beta_error: float
 
     @property
+    def y_tip2_slope_error(self) -> float:
+        """From those of α and β."""
+        return abs(self.y_tip2_slope) * (
+            self.alpha_error / abs(self.alpha) + self.beta_error / abs(self.beta)
+        )
+
+    @property
     def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
         """By the sign of α; degenerate where the error does not exclude 0."""
         if abs(self.alpha) <= self.alpha_error:

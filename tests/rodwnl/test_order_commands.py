@@ -82,6 +82,31 @@ def test_buckling_has_a_pitchfork(said):
     assert "supercritical: beta" in said(*arguments)
 
 
+def test_a_buckled_rod_is_predicted(said):
+    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "partial-follower"]
+    arguments = ["predict", *rod, "--parameter", "chi=0.3", "--force"]
+    document = json.loads(said(*arguments, "5", "--json"))
+    assert document["predictions"] == []
+    (steady,) = document["steady"]
+    assert (steady["side"], steady["exists"], steady["stable"]) == ("above", True, True)
+    assert float(steady["threshold"]) == pytest.approx(4.0550174)
+    squared = 0.7100415756 * (5 - float(steady["threshold"]))  # the slope in docs/order5.md
+    assert float(steady["y_tip"]) ** 2 == pytest.approx(squared, rel=1e-9)
+    assert "stable   0.819131828" in said(*arguments, "5")
+    (steady,) = json.loads(said(*arguments, "3", "--json"))["steady"]
+    assert (steady["exists"], steady["y_tip"]) == (False, None)
+    assert "none here: it lies above the threshold" in said(*arguments, "3")
+
+
+def test_order_five_says_that_it_stops_at_three_where_the_rod_buckles(said):
+    rod = [*DEAD, "--parameter", "chi=0"]
+    for command in (["landau", *rod, "--max-force", "5"], ["predict", *rod, "--force", "3"]):
+        assert "at a steady crossing the numbers are those of order 3." in said(*command, "--order", "5")
+        assert "order 3" not in said(*command)
+    document = json.loads(said("landau", *rod, "--max-force", "5", "--order", "5", "--json"))
+    assert "those of order 3" in document["notes"][-1]
+
+
 def test_other_orders_and_combinations_are_refused(said):
     assert "order 3 or 5" in said("landau", *ROD, "--order", "4", code=2)
     assert "order 3 or 5" in said("predict", *ROD, "--force", "60", "--order", "7", code=2)

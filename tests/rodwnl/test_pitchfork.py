@@ -7,7 +7,8 @@ from scipy.optimize import brentq
 
 from rodwnl import InputError, RodParameters
 from rodwnl.collocated import leading_eigenvalues
-from rodwnl.responses import amplitude_equation, pitchfork
+from rodwnl.predictions import buckled_at, predict_buckled
+from rodwnl.responses import Pitchfork, amplitude_equation, pitchfork
 from rodwnl.spectrum import HopfThreshold
 
 
@@ -63,6 +64,27 @@ def test_buckled_states_are_computed_equilibria(rod):
     assert 2 * measured[0] - measured[1] == pytest.approx(form.y_tip2_slope, rel=2e-5)
     assert form.criticality == "supercritical"
     assert form.beta == pytest.approx(threshold.slope.real, rel=1e-9)
+
+
+def test_predicted_deflections_are_those_of_computed_equilibria():
+    rod = dead("60", "25")
+    (here,) = predict_buckled(rod, buckling(rod).force + 0.01)
+    distance = here.force - here.threshold.force
+    assert (here.side, here.exists, here.stable) == ("above", True, True)
+    assert distance == pytest.approx(0.01)
+    assert here.y_tip == pytest.approx(equilibrium(rod, here.force), rel=distance)
+    assert 0 < here.y_tip_error < 1e-8 * here.y_tip
+    (below,) = predict_buckled(rod, 2)
+    assert (below.side, below.exists, below.stable, below.y_tip) == ("above", False, None, None)
+
+
+def test_a_bent_state_beside_a_straight_one_that_is_stable_is_unstable():
+    threshold = buckling(dead("60", "25"))
+    backwards = Pitchfork(threshold.force, 4.0, 2.0, -0.5, 1e-9, 1e-9)
+    bent = buckled_at(threshold, backwards, threshold.force - 0.1)
+    assert (bent.side, bent.exists, bent.stable) == ("below", True, False)
+    undecided = Pitchfork(threshold.force, 1e-12, 2.0, -2e12, 1e-9, 1e-9)
+    assert buckled_at(threshold, undecided, 3.0).side is None
 
 
 def test_a_stiff_rod_is_the_elastica():

@@ -187,7 +187,7 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
         for name in ("k1", "k2", "gamma3", "gamma1", "force")
         if name in attributes
     ]
-    read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega") if name in attributes]
+    read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega", "y_tip") if name in attributes]
     state = f"; {attributes['state']}" if "state" in attributes else ""
     caption = ", ".join([*known, *read]) + state
     figure.suptitle(caption, fontsize=6.5)

@@ -11,7 +11,7 @@ import contextlib
 import io
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -86,8 +86,14 @@ class Simulation:
 
     @cached_property
     def reading(self) -> Reading:
-        """Amplitude and frequency of the tip in the second half of the run."""
-        return read(self.time, self.tip_y)
+        """Amplitude and frequency of the tip in the second half of the run, or where it comes to rest.
+
+        An implicit integrator comes to rest to rounding: what is added to the error of y_tip is the grid's.
+        """
+        reading = read(self.time, self.tip_y)
+        if reading.y_tip is None or reading.y_tip_error is None:
+            return reading
+        return replace(reading, y_tip_error=reading.y_tip_error + self.tail * abs(reading.y_tip))
 
 
 def simulate(
@@ -316,7 +322,7 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
     reading, plain = run.reading, run.rod.model == PLAIN
     read_values = {
         name: value
-        for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+        for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth", "y_tip", "y_tip_error")
         if (value := getattr(reading, name)) is not None
     }
     length, duration, force = "L", "gamma2 L^4/k3", "k3/L^2"

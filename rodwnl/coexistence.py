@@ -17,7 +17,7 @@ from rodwnl.branches import Branch, BranchPoint, branch
 from rodwnl.cycles import Rod
 from rodwnl.errors import ComputationError
 from rodwnl.orbits import Cycle, Orbit, onset, orbit_at, regridded
-from rodwnl.parameters import Number, RodParameters, decimal_text
+from rodwnl.parameters import Number, RodParameters, decimal_text, require_rod
 from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfSearch, HopfThreshold, hopf_thresholds
 
 MARGIN = 1.5  # the window reaches so far beyond the last threshold and the force asked for
@@ -64,6 +64,7 @@ def periodic_orbits(
     where the straight rod is stable, all orbits of all branches. Raises InputError for a force outside
     [0, k1) and ComputationError where no orbit is found.
     """
+    require_rod(rod)
     exact = rod.checked_force(force)
     at, floats = float(exact), Rod(*rod.floats())
     search = hopf_thresholds(rod, min(rod.k1, max(2 * exact, Fraction(DEFAULT_MAX_FORCE))))

@@ -12,8 +12,9 @@ from typing import Literal
 
 from rodwnl import kernels
 from rodwnl.coefficients import LandauCoefficients, landau
-from rodwnl.parameters import Number, RodParameters
-from rodwnl.responses import AmplitudeEquation, Pitchfork, amplitude_equation, pitchfork
+from rodwnl.errors import InputError
+from rodwnl.parameters import Number, RodParameters, require_rod, shown
+from rodwnl.responses import HIGHEST, AmplitudeEquation, Pitchfork, amplitude_equation, pitchfork
 from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfThreshold
 
 
@@ -82,6 +83,11 @@ def predict_buckled(rod: RodParameters, force: Number) -> tuple[Buckled, ...]:
 
 def predictions(rod: RodParameters, force: Number, order: int = 3) -> Predictions:
     """What `predict` and `predict_buckled` give, by one search."""
+    require_rod(rod)
+    if order not in (3, HIGHEST):
+        raise InputError(
+            f"order is {shown(order)}, but the amplitude equation is evaluated to 3 or {HIGHEST}"
+        )
     exact = rod.checked_force(force)
     found = landau(rod, max(exact, Fraction(DEFAULT_MAX_FORCE)))
     beyond = [amplitude_equation(rod, c.threshold, order) if order > 3 else None for c in found]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rodwnl.characteristic import characteristic, characteristic_slopes
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import KEPT, Complex, Floats, Real, leading_eigenvalues, unstable_count
-from rodwnl.parameters import PLAIN, Number, RodParameters, exact, shown
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, require_rod, shown
 
 Crossing = tuple[float, float, float, float]  # low, high: the interval that holds it alone; about F, ω
 
@@ -200,6 +200,7 @@ def finite() -> Iterator[None]:
 
 
 def _searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fraction, bool]:
+    require_rod(rod)
     if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)

@@ -109,7 +109,7 @@ def bistability(
 def straight_is_stable(search: HopfSearch, force: float) -> bool:
     """Whether the straight rod is linearly stable at a force within the range searched."""
     below = [threshold for threshold in search if threshold.force < force]
-    return not below or below[-1].unstable_above == 0
+    return (below[-1].unstable_above if below else search.unstable_unloaded) == 0
 
 
 def all_branches(rod: RodParameters, search: HopfSearch, force: float, watch: Watch) -> tuple[Branch, ...]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rodwnl.errors import InputError as InputError
     from rodwnl.parameters import RodParameters as RodParameters
     from rodwnl.predictions import predict as predict
+    from rodwnl.predictions import predict_buckled as predict_buckled
     from rodwnl.reduced import reduced_model as reduced_model
     from rodwnl.responses import amplitude_equation as amplitude_equation
     from rodwnl.responses import pitchfork as pitchfork
@@ -39,6 +40,7 @@ _HOME = {
     "periodic_orbits": "rodwnl.coexistence",
     "pitchfork": "rodwnl.responses",
     "predict": "rodwnl.predictions",
+    "predict_buckled": "rodwnl.predictions",
     "reduced_model": "rodwnl.reduced",
     "simulate": "rodwnl.simulation",
 }

@@ -13,6 +13,7 @@ from rodwnl import kernels
 from rodwnl.inverse import Complex, Floats, Real
 
 CIRCLE, RADIUS = 16, 0.05  # of Cauchy's formula: points, and radius relative to the nearest singularity
+PHASE = 1.0  # by which an exponent may change from the centre of the circle to its rim
 
 # A 4×4 determinant by the minors of its upper and lower two rows: columns above, columns below, sign.
 _LAPLACE = (
@@ -78,11 +79,14 @@ def characteristic(
 def characteristic_slopes(parameters: Floats, force: float, eigenvalue: complex) -> tuple[complex, complex]:
     """(∂D/∂F, ∂D/∂λ), divided by e^{growth}, by Cauchy's formula on circles: exact up to round-off.
 
-    The radii are a part of the distance to λ = 0, and to F = 0 and F = k1 (where μ may vanish beyond).
+    The radii are a part of the distance to λ = 0, and to F = 0 and F = k1 (where μ may vanish beyond); they
+    are smaller where the modes have short waves, of which D would go through many on the circle.
     """
     turn = np.exp(2j * np.pi * (np.arange(CIRCLE) + 0.5) / CIRCLE)
-    reach_force = RADIUS * min(force, parameters[0] - force)
-    reach = RADIUS * abs(eigenvalue)
+    steepest = np.max(np.abs(exponents(parameters, force, eigenvalue)))
+    radius = min(RADIUS, PHASE / float(steepest))  # r grows no faster than F and λ do, relatively
+    reach_force = radius * min(force, parameters[0] - force)
+    reach = radius * abs(eigenvalue)
     _, here, _ = characteristic(parameters, force, eigenvalue)
 
     def slope(force: ArrayLike, eigenvalue: ArrayLike, reach: float) -> complex:

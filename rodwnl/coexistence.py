@@ -17,7 +17,7 @@ from rodwnl.branches import Branch, BranchPoint, branch
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError
 from rodwnl.orbits import Cycle, Orbit, onset, orbit_at, regridded
-from rodwnl.parameters import Number, RodParameters, decimal_text
+from rodwnl.parameters import Number, RodParameters, decimal_text, require_rod
 from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfSearch, HopfThreshold, hopf_thresholds, searched_range
 
 MARGIN = 1.5  # the window reaches so far beyond the last threshold and the force asked for
@@ -64,6 +64,7 @@ def periodic_orbits(
     where the straight rod is stable, all orbits of all branches. Raises InputError for a force without
     straight rod and ComputationError where no orbit is found.
     """
+    require_rod(rod)
     exact = rod.checked_force(force)
     at = float(exact)
     search = hopf_thresholds(rod, max(2 * exact, Fraction(DEFAULT_MAX_FORCE)))
@@ -108,7 +109,7 @@ def bistability(
 def straight_is_stable(search: HopfSearch, force: float) -> bool:
     """Whether the straight rod is linearly stable at a force within the range searched."""
     below = [threshold for threshold in _changes(search) if threshold.force < force]
-    return not below or below[-1].unstable_above == 0
+    return (below[-1].unstable_above if below else search.unstable_unloaded) == 0
 
 
 def _changes(search: HopfSearch) -> list[HopfThreshold]:

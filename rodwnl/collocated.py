@@ -30,8 +30,10 @@ Array = NDArray[Any]
 
 STEP = 1e-100  # complex step: Im f(F + i·STEP)/STEP is f'(F) to round-off
 SWEEPS = 4  # of inverse iteration, from a shift close to one eigenvalue
+ASIDE = 1.0  # where to look from when 0 is an eigenvalue to the last digit
 DROWNING = 1e-6  # an eigenvalue relative to the next one, below which its inverse leaves too few digits
 ROUNDING = 8  # rounding errors of a term of a row, in units of EPS
+NOISE = 1e-12  # of the largest 1/λ: what rounding makes of the smallest ones of a soft rod; 2e-13 was seen
 EPS = float(np.finfo(float).eps)
 
 
@@ -148,9 +150,14 @@ def leading_eigenvalues(rod: RodParameters, force: Real, kept: int = KEPT) -> tu
     for f in force:
         nodes = gauss_legendre(max(nodes_for(rod, float(f)), kept))
         p = pencil(straight_rod(rod, float(f) + 1j * STEP), nodes)
-        with np.errstate(all="ignore"):  # an eigenvalue that is 0 to round-off is looked at below
-            eigenvalue, slope = eigenvalues_and_slopes(np.linalg.solve(p.A, p.B), STEP, kept)
-        if shift := _shift(eigenvalue, slope):
+        shift = 0.0
+        try:
+            with np.errstate(all="ignore"):  # an eigenvalue that is 0 to round-off is looked at below
+                eigenvalue, slope = eigenvalues_and_slopes(np.linalg.solve(p.A, p.B), STEP, kept)
+                shift = _shift(eigenvalue, slope)
+        except np.linalg.LinAlgError:
+            shift = ASIDE
+        if shift:
             inverse = np.linalg.solve(p.A - shift * p.B, p.B)
             eigenvalue, slope = eigenvalues_and_slopes(inverse, STEP, kept)
             eigenvalue = eigenvalue + shift
@@ -162,20 +169,42 @@ def _shift(*found: Array) -> float:
     """Where to look from when one eigenvalue is so small that its inverse drowns the others'; else 0."""
     eigenvalue = np.sort(np.abs(found[0]))
     if not all(np.all(np.isfinite(x)) for x in found):
-        return 1.0
+        return ASIDE
     return float(eigenvalue[1]) / 8 if eigenvalue[0] < DROWNING * eigenvalue[1] else 0.0
 
 
 def unstable_count(rod: RodParameters, force: float) -> int:
-    """Number of eigenvalues with Re λ > 0, on half as many nodes again as `leading_eigenvalues` takes."""
-    count = 3 * nodes_for(rod, force) // 2
-    p = pencil(straight_rod(rod, force), gauss_legendre(count))
-    inverse = np.linalg.eigvals(np.linalg.solve(p.A, p.B))
-    resolved = inverse[np.argsort(-np.abs(inverse))[: count // 2]]
-    if shift := _shift(1 / resolved[:2]):
-        inverse = np.linalg.eigvals(np.linalg.solve(p.A - shift * p.B, p.B))
-        resolved = shift + 1 / inverse[np.argsort(-np.abs(inverse))[: count // 2]]
-    return int(np.sum(resolved.real > 0))
+    """Number of eigenvalues with Re λ > 0, on half as many nodes again as `leading_eigenvalues` takes.
+
+    Not among the leading ones only: a tip that pushes (a spring of negative stiffness) has an eigenvalue as
+    large as its boundary layer is thin. So the tip rows without ∂t, which would add eigenvalues 1/λ that are
+    0 but for rounding, of either sign, are first solved for two of the unknowns: z = null(A_still) w. And
+    det K = Π 1/λ < 0 says that an odd number of λ is real and negative: where that contradicts those with
+    Re λ > 0 that stand out from rounding, it hides one more.
+    """
+    p = pencil(straight_rod(rod, force), gauss_legendre(3 * nodes_for(rod, force) // 2))
+    still = ~p.B.any(axis=1)
+    within = np.linalg.qr(p.A[still].T, mode="complete")[0][:, np.sum(still) :]
+    A, B = p.A[~still] @ within, p.B[~still] @ within
+    try:
+        inverse = np.linalg.eigvals(np.linalg.solve(A, B))
+        size = np.abs(inverse)
+        shift = _shift(1 / np.sort(size)[-2:])
+    except np.linalg.LinAlgError:
+        shift = ASIDE
+    if shift:  # an eigenvalue that is 0 but for rounding drowns the others
+        eigenvalue = shift + 1 / np.linalg.eigvals(np.linalg.solve(A - shift * B, B))
+        modulus = np.abs(eigenvalue)
+        return int(np.sum((eigenvalue.real > 0) & (modulus < np.sort(modulus)[1] / NOISE)))
+    seen = int(np.sum((inverse.real > 0) & (size > NOISE * np.max(size))))
+    odd = np.linalg.slogdet(A).sign * np.linalg.slogdet(B).sign < 0
+    return seen + int((len(A) - seen) % 2 != odd)
+
+
+def static_sign(rod: RodParameters, force: float) -> float:
+    """The sign of det A, which a real eigenvalue changes where it passes through 0."""
+    p = pencil(straight_rod(rod, force), gauss_legendre(nodes_for(rod, force)))
+    return float(np.linalg.slogdet(p.A).sign)
 
 
 def nodes_for(rod: RodParameters, force: float) -> int:

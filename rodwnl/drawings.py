@@ -212,7 +212,7 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
     names_of = str(attributes.get("parameters", "k1 k2 gamma3 gamma1")).split()
     shown_names = [name for name in ("model", *names_of, "force") if name in attributes]
     known = [f"{name} = {attributes[name]}" for name in shown_names]
-    read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega") if name in attributes]
+    read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega", "y_tip") if name in attributes]
     state = f"; {attributes['state']}" if "state" in attributes else ""
     caption = ", ".join([*known, *read]) + state
     figure.suptitle(caption, fontsize=6.5)

@@ -88,7 +88,9 @@ def eigenvalues_and_slopes(operator: NDArray[np.inexact], step: float, kept: int
     order = np.argsort(-np.abs(inverse), axis=-1, kind="stable")[..., :kept]
     inverse, slope = np.take_along_axis(inverse, order, -1), np.take_along_axis(slope, order, -1)
     eigenvalue: Complex = 1 / inverse.astype(np.complex128)
-    return eigenvalue, -slope * eigenvalue**2
+    moved: Complex = -slope * eigenvalue**2
+    moved.imag[eigenvalue.imag == 0] = 0  # K is real: what is real stays real; V⁻¹ is rounded as complex
+    return eigenvalue, moved
 
 
 def _nodes_for(parameters: Floats, force: float) -> int:

@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rodwnl.exact_responses import ExactAmplitudeEquation
-    from rodwnl.responses import AmplitudeEquation, Pitchfork
+    from rodwnl.responses import AmplitudeEquation
     from rodwnl.spectrum import HopfSearch, HopfThreshold
 
 ORDERS = (3, 5)
 #: dA/dt = (beta δ + beta2 δ²) A + (alpha + alpha_prime δ)|A|²A + alpha5 |A|⁴A, δ = F − F_c.
 LETTERS = {"beta2": "c102", "alpha_prime": "c211", "alpha5": "c320"}
 CURVATURES = ("A_tip2_curvature", "omega_curvature")
+STEADY_IS_CUBIC = (
+    "Order 5 is evaluated for oscillations; at a steady crossing the numbers are those of order 3."
+)
 
 
 def read_order(order: int) -> int:
@@ -79,8 +82,8 @@ def print_order(rod: RodParameters, found: Sequence[AmplitudeEquation]) -> None:
             )
 
 
-def print_pitchforks(search: HopfSearch) -> None:
-    """The amplitude equation of every steady crossing, one line each."""
+def print_pitchforks(search: HopfSearch, fifth: bool = False) -> None:
+    """The amplitude equation of every steady crossing, one line each; fifth: order 5 was asked for."""
     from rodwnl.responses import pitchfork
 
     rod = search.rod
@@ -89,13 +92,15 @@ def print_pitchforks(search: HopfSearch) -> None:
         numbers = {
             "beta": (p.beta, p.beta_error),
             "alpha": (p.alpha, p.alpha_error),
-            "y_tip2_slope": (p.y_tip2_slope, _slope_error(p)),
+            "y_tip2_slope": (p.y_tip2_slope, p.y_tip2_slope_error),
         }
         said = ", ".join(f"{heading(rod, n)} = {cell(rod, n, *v)}" for n, v in numbers.items())
         print(f"There da/dt = beta d a + alpha a³ with a the tip's displacement, {p.criticality}: {said}.")
+    if fifth and search.steady:
+        print(STEADY_IS_CUBIC)
 
 
-def with_pitchforks(document: dict[str, Any], search: HopfSearch) -> dict[str, Any]:
+def with_pitchforks(document: dict[str, Any], search: HopfSearch, fifth: bool = False) -> dict[str, Any]:
     """The JSON document with the coefficients of its steady crossings."""
     from rodwnl.responses import pitchfork
 
@@ -104,11 +109,9 @@ def with_pitchforks(document: dict[str, Any], search: HopfSearch) -> dict[str, A
         entry |= {name: repr(getattr(p, name)) for name in ("alpha", "beta", "y_tip2_slope")}
         entry["criticality"] = p.criticality
         entry["error"] |= {"alpha": repr(p.alpha_error), "beta": repr(p.beta_error)}
+    if fifth and search.steady:
+        document["notes"].append(STEADY_IS_CUBIC)
     return document
-
-
-def _slope_error(p: Pitchfork) -> float:
-    return abs(p.y_tip2_slope) * (p.alpha_error / abs(p.alpha) + p.beta_error / abs(p.beta))
 
 
 def exact_order_entry(equation: ExactAmplitudeEquation) -> dict[str, Any]:

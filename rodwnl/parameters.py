@@ -65,6 +65,9 @@ class RodParameters:
     ) -> None:
         for name, value in {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}.items():
             object.__setattr__(self, name, positive(name, value))
+        require_kind("model", model, str, "the name of a rod, or the folder of an emitted one")
+        if scales is not None:
+            require_kind("scales", scales, Scales, "as `from_physical` makes them")
         object.__setattr__(self, "scales", scales)
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "own", own_values(model, own))
@@ -156,6 +159,17 @@ class RodParameters:
 def name_of(model: str) -> str:
     """The name of a model that is given by name or as the folder of an emitted rod."""
     return model.replace("\\", "/").rstrip("/").rpartition("/")[2]
+
+
+def require_rod(rod: object) -> None:
+    """InputError unless this is a rod."""
+    require_kind("rod", rod, RodParameters, "as RodParameters(200, '1e4', '1e-4') makes one")
+
+
+def require_kind(name: str, value: object, kind: type, meaning: str) -> None:
+    """InputError unless the value is of this kind, of which `meaning` says where it comes from."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name} must be a {kind.__name__} ({meaning}), not {shown(value)}")
 
 
 def own_values(model: str, given: Mapping[str, Number]) -> tuple[tuple[str, Fraction], ...]:

@@ -1,6 +1,7 @@
 """What the amplitude equation predicts at a force: tip amplitude and frequency of the limit cycles.
 
-At order 3 linear in F − F_c, at order 5 with the curvatures of A_tip² and ω.
+At order 3 linear in F − F_c, at order 5 with the curvatures of A_tip² and ω. Where the rod buckles: the tip
+displacement of the bent equilibria, at order 3.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from typing import Literal
 
 from rodwnl import kernels
 from rodwnl.coefficients import LandauCoefficients, landau
-from rodwnl.parameters import Number, RodParameters
-from rodwnl.responses import AmplitudeEquation, amplitude_equation
-from rodwnl.spectrum import DEFAULT_MAX_FORCE
+from rodwnl.errors import InputError
+from rodwnl.parameters import Number, RodParameters, require_rod, shown
+from rodwnl.responses import HIGHEST, AmplitudeEquation, Pitchfork, amplitude_equation, pitchfork
+from rodwnl.spectrum import DEFAULT_MAX_FORCE, HopfThreshold
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,32 @@ class Prediction:
     omega_error: float | None
 
 
+@dataclass(frozen=True)
+class Buckled:
+    """The two bent equilibria, each the other's mirror image, that are born at one steady crossing.
+
+    side, exists, stable: as of a `Prediction`. y_tip: |y(1)| in L with its numerical error, None where they
+    do not exist.
+    """
+
+    threshold: HopfThreshold
+    pitchfork: Pitchfork
+    force: float
+    side: Literal["above", "below"] | None
+    exists: bool
+    stable: bool | None
+    y_tip: float | None
+    y_tip_error: float | None
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """What is predicted at one force: by increasing threshold, of each kind."""
+
+    oscillating: tuple[Prediction, ...]
+    buckled: tuple[Buckled, ...]
+
+
 def predict(rod: RodParameters, force: Number, order: int = 3) -> tuple[Prediction, ...]:
     """One prediction per Hopf threshold of the leading eigenvalue, by increasing threshold.
 
@@ -45,10 +73,48 @@ def predict(rod: RodParameters, force: Number, order: int = 3) -> tuple[Predicti
     max(400, force), but not beyond k1. Raises InputError for a force outside [0, k1), and what `landau`
     raises.
     """
+    return predictions(rod, force, order).oscillating
+
+
+def predict_buckled(rod: RodParameters, force: Number) -> tuple[Buckled, ...]:
+    """One prediction per steady crossing of the leading eigenvalue; range and errors as of `predict`."""
+    return predictions(rod, force).buckled
+
+
+def predictions(rod: RodParameters, force: Number, order: int = 3) -> Predictions:
+    """What `predict` and `predict_buckled` give, by one search."""
+    require_rod(rod)
+    if order not in (3, HIGHEST):
+        raise InputError(
+            f"order is {shown(order)}, but the amplitude equation is evaluated to 3 or {HIGHEST}"
+        )
     exact = rod.checked_force(force)
     found = landau(rod, max(exact, Fraction(DEFAULT_MAX_FORCE)))
     beyond = [amplitude_equation(rod, c.threshold, order) if order > 3 else None for c in found]
-    return tuple(predict_at(c, float(exact), equation) for c, equation in zip(found, beyond, strict=True))
+    at = float(exact)
+    return Predictions(
+        tuple(predict_at(c, at, equation) for c, equation in zip(found, beyond, strict=True)),
+        tuple(buckled_at(t, pitchfork(rod, t), at) for t in found.search.steady),
+    )
+
+
+def buckled_at(threshold: HopfThreshold, form: Pitchfork, force: float) -> Buckled:
+    """y_tip² = −(β/α)(F − F_c): da/dt = βδa + αa³ has the rate −2βδ there, and the others are stable."""
+    if form.criticality == "degenerate":
+        return Buckled(threshold, form, force, None, False, None, None, None)
+    side: Literal["above", "below"] = "above" if form.y_tip2_slope > 0 else "below"
+    detuning = force - threshold.force
+    squared = form.y_tip2_slope * detuning
+    if not squared > 0:
+        return Buckled(threshold, form, force, side, False, None, None, None)
+    squared_error = abs(detuning) * form.y_tip2_slope_error + abs(form.y_tip2_slope) * threshold.force_error
+    return Buckled(
+        threshold, form, force, side,
+        exists=True,
+        stable=form.beta * detuning > 0,
+        y_tip=squared**0.5,
+        y_tip_error=squared_error / (2 * squared**0.5),
+    )  # fmt: skip
 
 
 def predict_at(

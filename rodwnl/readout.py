@@ -1,4 +1,4 @@
-"""Amplitude and frequency of an oscillation from a uniformly sampled signal, with error estimates.
+"""Amplitude and frequency of an oscillation from a uniformly sampled signal, or its rest; with their errors.
 
 As in the paper (sec:numerics) both are read from the second half of the signal: A is half of its peak-to-peak
 value, ω the dominant peak of its Hann-windowed spectrum. Peaks are not samples: the extrema are those of the
@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-State = Literal["settled", "decayed", "not finished"]
+State = Literal["settled", "decayed", "buckled", "not finished"]
 
 SETTLED = 1e-3  # change of A from the third to the last quarter, relative, below which it has settled
-DECAYED = 1e-6  # A in the last quarter, in the signal's unit, below which only noise is left
+DECAYED = 1e-6  # the signal in the last quarter, in its unit, below which only noise is left
+AT_REST = 1e-9  # departure from the last value over a half, relative, that is rounding and nothing else
 FEWEST_PERIODS = 4  # in a quarter of the signal, for its frequency to be read
+EPS = float(np.finfo(float).eps)
 REACH = 3  # samples on either side of an extremum that its polynomial goes through
 
 
@@ -31,6 +33,8 @@ class Reading:
     that is too short. *_error: the difference between the third and the last quarter, which is what has not
     settled, plus that between two ways to interpolate or to window; not the error of the integration behind
     the signal. growth: rate of the amplitude's change between these quarters, d ln A/dt; None as A_tip.
+    y_tip: where the signal comes to rest, if that is not 0 (state "buckled"); its error: how far it was from
+    there in the last quarter.
     """
 
     state: State
@@ -39,13 +43,17 @@ class Reading:
     omega: float | None
     omega_error: float | None
     growth: float | None
+    y_tip: float | None = None
+    y_tip_error: float | None = None
 
 
 def read(time: Array, signal: Array) -> Reading:
     """The oscillation of `signal` (m,), sampled uniformly at `time` (m,), in its second half."""
     half, quarter = time.size // 2, time.size // 4
     late_time, late = time[half:], signal[half:]
-    decayed = np.abs(late[quarter:] - late[quarter:].mean()).max() < DECAYED
+    decayed = np.abs(late[quarter:]).max() < DECAYED
+    if not decayed and (moved := _moved_to_rest(late[:quarter], late[quarter:])) is not None:
+        return Reading("buckled", None, None, None, None, None, float(late[-1]), moved)
     A, third, last = amplitude(late), amplitude(late[:quarter]), amplitude(late[quarter:])
     if A is None or third is None or last is None:
         return Reading("decayed" if decayed else "not finished", None, None, None, None, None)
@@ -66,6 +74,20 @@ def read(time: Array, signal: Array) -> Reading:
     elif abs(last - third) < SETTLED * last:
         state = "settled"
     return Reading(state, A, abs(last - third) + interpolation, omega, omega_error, growth)
+
+
+def _moved_to_rest(third: Array, last: Array) -> float | None:
+    """How far the signal was in its last quarter from where it ends; None unless it comes to rest there.
+
+    y + c e^{−rt} that moves by a in the one and by a' = ρa in the other has still ρa'/(1 − ρ) to go. From its
+    end it was at most d = a + a' and d' = a' away: with d' <= d/3 is ρ <= 1/2, and it goes no more than d'.
+    """
+    if not third.size:
+        return None
+    end = last[-1]
+    before, moved = float(np.abs(third - end).max()), float(np.abs(last - end).max())
+    approaches = moved <= before / 3 and moved < SETTLED * abs(end)
+    return max(moved, EPS * abs(float(end))) if approaches or before < AT_REST * abs(end) else None
 
 
 def amplitude(signal: Array, reach: int = REACH) -> float | None:

@@ -24,7 +24,7 @@ from rodwnl.coefficients import LandauCoefficients, landau
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.modes import adjoint_mode, critical_mode, nodes_at, second_order
-from rodwnl.parameters import PLAIN, Number, RodParameters
+from rodwnl.parameters import PLAIN, Number, RodParameters, require_kind, require_rod
 from rodwnl.quadrature import Nodes
 from rodwnl.spectrum import DEFAULT_MAX_FORCE
 from rodwnl.straightrod import straight_rod
@@ -100,8 +100,11 @@ def reduced_model(
     Raises InputError for a force without straight rod and for a rod without threshold, and what `landau`
     raises.
     """
+    require_rod(rod)
     exact = rod.checked_force(force)
-    if coefficients is None:
+    if coefficients is not None:
+        require_kind("coefficients", coefficients, LandauCoefficients, "one of those that `landau` finds")
+    else:
         found = landau(rod, max(exact, Fraction(DEFAULT_MAX_FORCE)))
         if not found.thresholds:
             raise InputError(f"{rod} has no Hopf threshold, so there is nothing to reduce it to")

@@ -30,6 +30,7 @@ _UNITS = {
     "alpha5": (-4, -1, 0, "1/(m⁴ s)"),
     "A_tip2_curvature": (2, 0, -2, "m²/N²"),
     "omega_curvature": (0, -1, -2, "rad/(N² s)"),
+    "y_tip": (1, 0, 0, "m"),
     "y_tip2_slope": (2, 0, -1, "m²/N"),
 }
 
@@ -96,6 +97,12 @@ def sentences(search: "HopfSearch") -> list[str]:
             if rod.model == PLAIN
             else "The range ends there because the straight rod is compressed to a thousandth, or ends."
         )
+    if search.unstable_unloaded:
+        many = search.unstable_unloaded > 1
+        said.append(
+            f"The straight rod is unstable already at force = 0: {search.unstable_unloaded} "
+            f"{'eigenvalues have' if many else 'eigenvalue has'} positive real part."
+        )
     said += [_buckling(search, t) for t in search.steady]
     said += [_touch(search, force) for force in search.touches]
     if not search.thresholds:
@@ -122,6 +129,8 @@ def _touch(search: "HopfSearch", force: float) -> str:
 
 def _quiet(search: "HopfSearch") -> str:
     rod = search.rod
+    if search.unstable_unloaded:
+        return "No Hopf threshold: it is unstable in the whole range."
     growth = with_unit(rod, "growth", search.growth)
     force = with_unit(rod, "force", search.growth_force)
     return (
@@ -141,6 +150,7 @@ def document(search: "HopfSearch", thresholds: Sequence[dict[str, Any]]) -> dict
         "range": ["0", decimal_text(search.max_force)],
         "thresholds": list(thresholds),
         **steady,
+        **({"unstable_unloaded": search.unstable_unloaded} if search.unstable_unloaded else {}),
         "notes": sentences(search)[2:],
     }
 

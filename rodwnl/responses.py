@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from rodwnl import kernels
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.modes import critical_mode, nodes_at
-from rodwnl.parameters import PLAIN, RodParameters
+from rodwnl.parameters import PLAIN, RodParameters, require_kind, require_rod
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.spectrum import HopfThreshold
 from rodwnl.straightrod import StraightRod, arguments, straight_rod
@@ -82,6 +82,7 @@ def amplitude_equation(
     Errors are what more quadrature nodes change. Raises InputError for another order and at a steady
     crossing, and ComputationError where the modes are too steep for float64.
     """
+    _require(rod, threshold)
     if order not in (3, HIGHEST):
         raise InputError(f"order {order}: the emitted modules hold the orders 3 and {HIGHEST}")
     if threshold.steady:
@@ -116,6 +117,13 @@ class Pitchfork:
     beta_error: float
 
     @property
+    def y_tip2_slope_error(self) -> float:
+        """From those of α and β."""
+        return abs(self.y_tip2_slope) * (
+            self.alpha_error / abs(self.alpha) + self.beta_error / abs(self.beta)
+        )
+
+    @property
     def criticality(self) -> Literal["supercritical", "subcritical", "degenerate"]:
         """By the sign of α; degenerate where the error does not exclude 0."""
         if abs(self.alpha) <= self.alpha_error:
@@ -125,6 +133,7 @@ class Pitchfork:
 
 def pitchfork(rod: RodParameters, threshold: HopfThreshold) -> Pitchfork:
     """The amplitude equation at a steady crossing. Raises InputError where the threshold is oscillatory."""
+    _require(rod, threshold)
     if not threshold.steady:
         raise InputError(f"at force = {threshold.force:.10g} the rod oscillates: see `amplitude_equation`")
     coarse, fine = (
@@ -136,6 +145,11 @@ def pitchfork(rod: RodParameters, threshold: HopfThreshold) -> Pitchfork:
         threshold.force, alpha, beta, -beta / alpha,
         abs(fine["c300"] - coarse["c300"]), abs(fine["c101"] - coarse["c101"]),
     )  # fmt: skip
+
+
+def _require(rod: RodParameters, threshold: HopfThreshold) -> None:
+    require_rod(rod)
+    require_kind("threshold", threshold, HopfThreshold, "one of those that `hopf_thresholds` finds")
 
 
 def _two_grids(rod: RodParameters, force: float, omega: float) -> tuple[Nodes, Nodes]:

@@ -11,7 +11,7 @@ import contextlib
 import io
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,7 +22,7 @@ from rodwnl.angleform import AngleForm, angle_form
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import leading_eigenvalues
-from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive, require_rod
 from rodwnl.readout import Reading, read
 from rodwnl.storage import require
 
@@ -88,8 +88,14 @@ class Simulation:
 
     @cached_property
     def reading(self) -> Reading:
-        """Amplitude and frequency of the tip in the second half of the run."""
-        return read(self.time, self.tip_y)
+        """Amplitude and frequency of the tip in the second half of the run, or where it comes to rest.
+
+        An implicit integrator comes to rest to rounding: what is added to the error of y_tip is the grid's.
+        """
+        reading = read(self.time, self.tip_y)
+        if reading.y_tip is None or reading.y_tip_error is None:
+            return reading
+        return replace(reading, y_tip_error=reading.y_tip_error + self.tail * abs(reading.y_tip))
 
 
 def simulate(
@@ -98,7 +104,7 @@ def simulate(
     time: Number = 5,
     perturbation: Number = "1e-2",
     nodes: int | Literal["auto"] = "auto",
-    rtol: float = 1e-8,
+    rtol: Number = 1e-8,
     progress: Progress | None = None,
 ) -> Simulation:
     """Integrate the exact equations from t = 0 to `time`.
@@ -112,6 +118,7 @@ def simulate(
     InputError for values outside these ranges and ComputationError where the integrator gives up.
     """
     started = clock.perf_counter()
+    require_rod(rod)
     F = _checked_force(rod, force)
     duration, epsilon = float(positive("time", time)), float(exact("perturbation", perturbation))
     if abs(epsilon) > LARGEST_PERTURBATION:
@@ -119,13 +126,14 @@ def simulate(
             f"perturbation is {epsilon:g}, but its size must not exceed {LARGEST_PERTURBATION} (L and rad): "
             "beyond, the tip is turned by half a turn and the start is not resolved"
         )
-    if not 1e-13 <= rtol <= 1e-3:
+    tolerance = float(positive("rtol", rtol))
+    if not 1e-13 <= tolerance <= 1e-3:
         raise InputError(f"rtol is {rtol}, but it must lie between 1e-13 and 1e-3")
     degrees = DEGREES if nodes == "auto" else (_checked_nodes(nodes),)
     step = sampling_step(rod, F, duration)
     for degree in degrees:
         form = _form(rod, F, degree)
-        run = _Run(form, step, duration, rtol, limit=None if degree == degrees[-1] else RESOLVED)
+        run = _Run(form, step, duration, tolerance, limit=None if degree == degrees[-1] else RESOLVED)
         start = perturbed(form, epsilon) if isinstance(form, AngleForm) else form.perturbed(epsilon)
         if run.integrate(start, progress):
             break
@@ -326,7 +334,7 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
     reading, plain = run.reading, run.rod.model == PLAIN
     read_values = {
         name: value
-        for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+        for name in ("A_tip", "A_tip_error", "omega", "omega_error", "growth", "y_tip", "y_tip_error")
         if (value := getattr(reading, name)) is not None
     }
     length, duration, force = "L", "gamma2 L^4/k3", "k3/L^2"

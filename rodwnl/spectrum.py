@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rodwnl.characteristic import characteristic, characteristic_slopes
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import KEPT, Complex, Floats, Real, leading_eigenvalues, unstable_count
-from rodwnl.parameters import PLAIN, Number, RodParameters, exact, shown
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, require_rod, shown
 
 Crossing = tuple[float, float, float, float]  # low, high: the interval that holds it alone; about F, ω
 
@@ -82,7 +82,8 @@ class HopfSearch:
     straight rod ends (of the plain rod at ν = 0, F = k1). growth, growth_force: the largest Re λ met and
     where; of the whole range if it is negative. evaluations: forces at which the scan computed the spectrum.
     steady: crossings by a leading real eigenvalue. touches: forces at which a real eigenvalue touches 0 and
-    turns back.
+    turns back. unstable_unloaded: number of eigenvalues with Re λ > 0 at F = 0, which a rod with a load of
+    its own (a spring that pushes, say) may have.
     """
 
     rod: RodParameters
@@ -95,6 +96,7 @@ class HopfSearch:
     evaluations: int
     steady: tuple[HopfThreshold, ...] = ()
     touches: tuple[float, ...] = ()
+    unstable_unloaded: int = 0
 
     def __iter__(self) -> Iterator[HopfThreshold]:
         return iter(self.thresholds)
@@ -131,10 +133,14 @@ def hopf_thresholds(
     with finite():
         seen, crossings, touches = scan(route, float(upper), all_crossings)
         found = sorted((route.threshold(*crossing) for crossing in crossings), key=lambda t: t.force)
-        counted = _counted(route, found, float(upper), all_crossings)
-        growth, growth_force = _highest(route, seen, rounds=0 if counted else 3)
-    if not counted and growth > 0:
-        raise ComputationError(undecided(growth_force))
+        unloaded = route.unstable(0.0)
+        counted = _counted(route, found, unloaded, float(upper), all_crossings)
+        growth, growth_force = _highest(route, seen, rounds=0 if counted or unloaded else 3)
+    if not (counted or unloaded) and growth > 0:
+        raise ComputationError(
+            f"at F = {growth_force:.10g} an eigenvalue of real part {growth:.3g} was met, but no crossing of "
+            f"the imaginary axis below: one was missed; search a smaller range (max_force)"
+        )
     return HopfSearch(
         rod, upper, cut,
         thresholds=tuple(t for t in counted if t.leading and not t.steady),
@@ -143,6 +149,7 @@ def hopf_thresholds(
         evaluations=len(seen.force),
         steady=tuple(t for t in counted if t.leading and t.steady),
         touches=tuple(touches),
+        unstable_unloaded=unloaded,
     )  # fmt: skip
 
 
@@ -151,6 +158,9 @@ class Route(Protocol):
 
     def leading(self, force: Real, kept: int) -> tuple[Complex, Complex]:
         """The `kept` eigenvalues λ of least modulus and dλ/dF, (n, kept) each, for forces (n,)."""
+
+    def marks(self, upper: float) -> Real:
+        """Forces from which the scan starts too: they enclose every steady crossing closely."""
 
     def unstable(self, force: float) -> int:
         """The number of eigenvalues with Re λ > 0, computed more finely."""
@@ -173,11 +183,14 @@ class Exponentials:
     def leading(self, force: Real, kept: int) -> tuple[Complex, Complex]:
         return leading_eigenvalues(self.parameters, force, kept)
 
+    def marks(self, upper: float) -> Real:
+        return np.empty(0)  # no real eigenvalue of the plain rod comes near 0
+
     def unstable(self, force: float) -> int:
         return unstable_count(self.parameters, force)
 
     def settled(self, low: float, high: float) -> tuple[bool, float | None]:
-        return False, None  # no real eigenvalue of the plain rod comes near 0
+        return False, None
 
     def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
         return _newton(self.parameters, low, high, force, omega)
@@ -201,7 +214,7 @@ def finite() -> Iterator[None]:
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise ComputationError(
             f"a parameter is too large or too small for double precision ({error}); "
-            f"take values between about 1e-100 and 1e100, or compute with more digits"
+            f"take values between about 1e-100 and 1e100"
         ) from error
 
 
@@ -210,6 +223,7 @@ def searched_range(rod: RodParameters, max_force: Number | None) -> tuple[Fracti
 
     Raises InputError for a negative force.
     """
+    require_rod(rod)
     if max_force is None and rod.model == PLAIN:
         return min(rod.k1, Fraction(DEFAULT_MAX_FORCE)), rod.k1 < DEFAULT_MAX_FORCE
     asked = exact("max_force", DEFAULT_MAX_FORCE if max_force is None else max_force)
@@ -254,7 +268,7 @@ def scan(
     def sampled(force: Real) -> Samples:
         return Samples(force, *route.leading(force, kept))
 
-    seen = sampled(np.linspace(0.0, upper, FIRST_INTERVALS + 1))
+    seen = sampled(np.union1d(np.linspace(0.0, upper, FIRST_INTERVALS + 1), route.marks(upper)))
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []
     touches: set[float] = set()
@@ -270,7 +284,7 @@ def scan(
         left, right = left.followed_by(middle), middle.followed_by(right)
         too_narrow = np.any(right.force - left.force < NARROWEST * upper)
         if too_narrow or (left.force.size and len(seen.force) > MOST_SAMPLES):
-            raise ComputationError(undecided(float(left.force[0])))
+            raise ComputationError(_open(left))
     return seen, crossings, sorted(touches)
 
 
@@ -299,14 +313,23 @@ def _kept_for_all(route: Route, upper: float) -> int:
     at = int(np.argmax(unstable - seen))
     raise ComputationError(
         f"at F = {forces[at]:.10g} the rod has {unstable[at]} unstable eigenvalues, and only {seen[at]} are "
-        f"among the {taken} of least modulus: too many to follow; search a smaller range (max_force)"
+        f"among the {taken} of least modulus: not all can be followed; search a smaller range (max_force) or "
+        f"for the leading crossings alone"
     )
 
 
-def undecided(force: float) -> str:
+def _open(left: Samples) -> str:
+    """What the scan could not decide: the eigenvalue next to the axis on the first interval left."""
+    first = int(np.argmin(left.force))
+    eigenvalues = left.eigenvalue[first]
+    return undecided(float(left.force[first]), complex(eigenvalues[np.argmin(np.abs(eigenvalues.real))]))
+
+
+def undecided(force: float, eigenvalue: complex) -> str:
     return (
-        f"near F = {force:.10g} double precision cannot tell whether an eigenvalue crosses the imaginary "
-        f"axis: it is too close to it or too sensitive; search up to there (max_force) or use more digits"
+        f"near F = {force:.10g} double precision cannot tell whether the eigenvalue {eigenvalue:.6g} crosses "
+        f"the imaginary axis: it touches it there, or meets another one; search up to there (max_force) or "
+        f"change a parameter a little"
     )
 
 
@@ -404,7 +427,7 @@ def _newton(parameters: Floats, low: float, high: float, force: float, omega: fl
         force, omega = force + step, omega + turn
         moves.append(abs(step) / force + abs(turn) / omega)
         if not (low - abs(step) <= force <= high + abs(step) and len(moves) < MOST_STEPS):
-            raise ComputationError(undecided(low))
+            raise ComputationError(undecided(low, 1j * omega))
     noise = ROUNDING * EPS * float(size) / abs(by_eigenvalue)  # of λ, at a given force
     force_error = noise / abs(slope.real) + EPS * force
     return HopfThreshold(
@@ -417,11 +440,14 @@ def _newton(parameters: Floats, low: float, high: float, force: float, omega: fl
 
 
 def _counted(
-    route: Route, found: list[HopfThreshold], upper: float, all_crossings: bool
+    route: Route, found: list[HopfThreshold], unloaded: int, upper: float, all_crossings: bool
 ) -> list[HopfThreshold]:
-    """The thresholds with the numbers of unstable eigenvalues beside them, which must be consistent."""
+    """The thresholds with the numbers of unstable eigenvalues beside them, which must be consistent.
+
+    unloaded: how many are unstable at F = 0; none of the plain rod, whose operator is negative there.
+    """
     forces = [0.0, *(t.force for t in found), upper]
-    counted, before = [], 0  # at F = 0 the operator is self-adjoint and negative
+    counted, before = [], unloaded
     for threshold, low, high in zip(found, forces, forces[2:], strict=False):
         force = threshold.force
         below = route.unstable(force - min(BESIDE * force, (force - low) / 2))
@@ -430,7 +456,8 @@ def _counted(
         if above - below != (1 if threshold.steady else 2) * np.sign(threshold.slope.real):
             raise ComputationError(
                 f"at F = {force:.10g} the number of unstable eigenvalues goes from {below} to {above}, which "
-                f"does not agree with dλ/dF = {threshold.slope:.6g}; compute this rod with more digits"
+                f"does not agree with dλ/dF = {threshold.slope:.6g} of the one that crosses there; search up "
+                f"to there (max_force)"
             )
         counted.append(replace(threshold, unstable_below=below, unstable_above=above))
         before = above
@@ -443,5 +470,5 @@ def _require_same(before: int, now: int, force: float, all_crossings: bool) -> N
     if before != now if all_crossings else (before > 0) != (now > 0):
         raise ComputationError(
             f"below F = {force:.10g} there are {now} unstable eigenvalues, but {before} after the crossing "
-            f"before: one was missed; search a smaller range (max_force) or compute with more digits"
+            f"before, or at F = 0: one was missed; search a smaller range (max_force)"
         )

@@ -18,6 +18,7 @@ from rodwnl.collocated import (
     Eigenpair,
     leading_eigenvalues,
     nearest,
+    static_sign,
     stepped,
     unstable_count,
     wave_number,
@@ -35,6 +36,7 @@ MOST_NODES = 400
 RESOLVED = 1e-5  # relative distance of two steady crossings that double precision tells apart
 DIGITS = 17  # of a steady crossing's force, before it is rounded to a double
 BESIDE_ZERO = 1e-6  # a shift next to the eigenvalue 0, at which the matrix is not singular
+STATIC = 64  # forces at which the static problem is looked at: steps of 0.3 in √F where F goes to 400
 NEAR = 1e-3  # relative distance of what is undecided from where a real eigenvalue is closest to 0
 
 
@@ -47,6 +49,16 @@ class Collocation:
     def leading(self, force: Real, kept: int) -> tuple[Complex, Complex]:
         """As `Route` says."""
         return leading_eigenvalues(self.rod, force, kept)
+
+    def marks(self, upper: float) -> Real:
+        """As `Route` says: both ends of each of STATIC steps of equal size in √F on which one crosses.
+
+        The wave number of a static mode goes with √F, and steady crossings are about as far apart in it.
+        """
+        force = upper * (np.arange(1, STATIC + 1) / STATIC) ** 2
+        sign = np.array([static_sign(self.rod, f) for f in force])
+        crossed = np.flatnonzero(sign[1:] != sign[:-1])
+        return force[np.union1d(crossed, crossed + 1)]
 
     def unstable(self, force: float) -> int:
         """As `Route` says."""
@@ -103,7 +115,7 @@ def _steady(rod: RodParameters, low: float, high: float, force: float) -> HopfTh
 
     force = float(steady_force(rod, force, DIGITS))
     if not low - (high - low) <= force <= high + (high - low):
-        raise ComputationError(undecided(low))
+        raise ComputationError(undecided(low, 0j))
     p, A_force, B_force = stepped(rod, force, nodes_at(rod, force, 0.0))
     pair = nearest(p, BESIDE_ZERO)
     u, v, lam = pair.left.conj(), pair.right, pair.eigenvalue
@@ -142,19 +154,21 @@ class _Found:
 
 def _newton(rod: RodParameters, low: float, high: float, force: float, omega: float, nodes: Nodes) -> _Found:
     """Re λ(F) = 0 from a start in [low, high], where exactly one crossing lies; λ real where omega is 0."""
-    moves = [np.inf]
-    while moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2:
+    moves, noise = [np.inf], 0.0
+    while moves[-1] > max(CONVERGED, noise) or moves[-1] < moves[-2] / 2:
         p, A_force, B_force = stepped(rod, force, nodes)
         pair = nearest(p, 1j * omega)
         u, v, lam = pair.left.conj(), pair.right, pair.eigenvalue
+        omega = omega if abs(lam.imag) > pair.noise else 0.0  # the pencil is real
         slope = complex(u @ (A_force - lam * B_force) @ v / (u @ p.B @ v))
         step = -lam.real / slope.real
         turn = lam.imag + slope.imag * step - omega if omega else 0.0
         moves.append(abs(step) / force + (abs(turn) / omega if omega else 0.0))
-        settled = not (moves[-1] > CONVERGED or moves[-1] < moves[-2] / 2)
+        noise = pair.noise / (abs(slope.real) * force)  # what rounding leaves of a small force
+        settled = not (moves[-1] > max(CONVERGED, noise) or moves[-1] < moves[-2] / 2)
         if settled:
             return _Found(force, omega, slope if omega else complex(slope.real), pair)
         force, omega = force + step, omega + turn
         if not (low - abs(step) <= force <= high + abs(step) and len(moves) < MOST_STEPS):
             break
-    raise ComputationError(undecided(low))
+    raise ComputationError(undecided(low, 1j * omega))

@@ -65,10 +65,10 @@ def command(
         entries = [landau_entry(c, plain=rod.model == PLAIN) for c in found]
         for entry, equation in zip(entries, beyond, strict=False):
             entry |= order_entry(equation)
-        print_json(with_pitchforks(document(found.search, entries), found.search))
+        print_json(with_pitchforks(document(found.search, entries), found.search, fifth))
         return
     print("\n".join(sentences(found.search)))
-    print_pitchforks(found.search)
+    print_pitchforks(found.search, fifth)
     if not found.thresholds:
         return
     values: dict[str, list[tuple[complex, float]]] = {

@@ -42,7 +42,7 @@ def command(
     ] = None,
     json: Json = False,
 ) -> int:
-    """Integrate the exact equations of the rod and read amplitude and frequency of its tip.
+    """Integrate the exact equations of the rod and read how its tip beats, or where it comes to rest.
 
     The rod starts compressed and straight with a small sinusoidal perturbation. As in the paper, the
     amplitude is half the peak-to-peak of the tip in the second half of the run, and the frequency the peak of
@@ -143,27 +143,31 @@ def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -
         f"{run.tip_residual:.0e}{'' if run.resolved else ' (NOT RESOLVED: more nodes are needed)'}."
     )
     full = run.reading
-    print(f"The oscillation has {full.state}." if full.state != "not finished" else _not_finished(run))
+    print(_STATES.get(full.state) or _not_finished(run))
+    buckled = any(reading.state == "buckled" for reading in readings.values())
+    names = ("A_tip", "omega", "y_tip") if buckled else ("A_tip", "omega")
     rows = []
     for name, reading in readings.items():
-        relative = ["", ""]
-        if name != "full rod":
-            relative = [_relative(reading.A_tip, full.A_tip), _relative(reading.omega, full.omega)]
-        rows.append([
-            name, reading.state,
-            cell(rod, "A_tip", reading.A_tip, reading.A_tip_error),
-            cell(rod, "omega", reading.omega, reading.omega_error),
-            *relative,
-        ])  # fmt: skip
-    headings = ["", "state", heading(rod, "A_tip"), heading(rod, "omega"), "change of A_tip", "of omega"]
-    short = len(readings) == 1
-    print_table(headings[: 4 if short else 6], [row[: 4 if short else 6] for row in rows])
+        values = [cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
+        changes = [
+            _relative(getattr(reading, n), getattr(full, n)) if reading is not full else "" for n in names
+        ]
+        rows.append([name, reading.state, *values, *(changes if len(readings) > 1 else [])])
+    changes = [f"change of {names[0]}", *(f"of {n}" for n in names[1:])] if len(readings) > 1 else []
+    print_table(["", "state", *(heading(rod, n) for n in names), *changes], rows)
+
+
+_STATES = {
+    "settled": "The oscillation has settled.",
+    "decayed": "The oscillation has decayed.",
+    "buckled": "The rod has buckled: its tip has come to rest away from the straight rod.",
+}
 
 
 def _not_finished(run: "Simulation") -> str:
     growth = run.reading.growth
     if growth is None:
-        return "The run has not finished: its second half is too short to read."
+        return "The run has not finished: late in it the tip neither beats long enough nor comes to rest."
     change = "grows" if growth > 0 else "decays"
     return f"The run has not finished: the amplitude still {change}, d ln A/dt = {growth:.3g}."
 
@@ -193,6 +197,8 @@ def _document(run: "Simulation", force: Fraction, readings: "dict[str, Reading]"
 
 
 def _entry(reading: "Reading") -> dict[str, Any]:
-    names = ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+    names: tuple[str, ...] = ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
+    if reading.state == "buckled":
+        names += ("y_tip", "y_tip_error")
     values = {name: getattr(reading, name) for name in names}
     return {"state": reading.state} | {k: None if v is None else repr(float(v)) for k, v in values.items()}

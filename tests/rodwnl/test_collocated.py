@@ -5,11 +5,13 @@ from math import acos, pi
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from rodwnl import cli, expansion, thresholds
+from rodwnl import cli, expansion, report, thresholds
 from rodwnl.coefficients import landau, landau_at
-from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, stepped, unstable_count
+from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, static_sign, stepped, unstable_count
 from rodwnl.errors import ComputationError, InputError
+from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.quadrature import gauss_legendre
@@ -98,6 +100,104 @@ def test_buckling_has_a_closed_form(chi, values):
     assert first.steady
     assert (first.omega, first.unstable_below, first.unstable_above) == (0, 0, 1)
     assert first.crossing == "destabilizing"
+
+
+SPRING = """
+name = "sprung"
+title = "follower load, with a spring that holds the tip's angle or pushes it"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
+
+[parameters]
+kappa = { default = "1", meaning = "stiffness of the spring" }
+
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+
+[[load]]
+kind = "follower"
+
+[[load]]
+kind = "spring"
+stiffness = "kappa"
+"""
+
+
+@pytest.fixture(scope="module")
+def sprung(tmp_path_factory):
+    """The plain rod with a spring of this stiffness at its tip."""
+    folder = tmp_path_factory.mktemp("sprung")
+    (folder / "rod.toml").write_text(SPRING)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RODWNL_CACHE", str(folder / "cache"))
+        model = emitted(str(folder / "rod.toml"))
+    return lambda values, kappa: RodParameters(*values, model=model, kappa=kappa)
+
+
+def buckling_of_a_sprung_rod(rod, upper):
+    """Steady, k2 H = F(Θ − Θ(1)) and Θ'' + μH = 0, Θ'(1) = −κΘ(1): sin p = −p/κ with p² = F(ν + F/k2)."""
+    k1, k2, kappa = float(rod.k1), float(rod.k2), float(dict(rod.own)["kappa"])
+
+    def defect(force):
+        return np.sinc(np.sqrt(force * (1 - force / k1 + force / k2)) / pi) + 1 / kappa
+
+    forces = np.geomspace(1e-5, upper, 4001)
+    values = np.array([defect(f) for f in forces])
+    changes = np.flatnonzero(values[1:] * values[:-1] < 0)
+    return [brentq(defect, forces[i], forces[i + 1], xtol=1e-13) for i in changes]
+
+
+@pytest.mark.parametrize(
+    ("values", "kappa"),
+    [((200, 1e4, 1e-4), k) for k in ("5", "50", "1e6", "-5", "-50")]
+    + [((1e4, 1e4, 1e-4), k) for k in ("1e4", "1e9", "-1.0001")],
+)
+def test_every_buckling_of_a_sprung_rod_is_found(sprung, values, kappa):
+    """Of springs soft and stiff, and of those that push: then the rod is unstable without any force."""
+    rod = sprung(values, kappa)
+    search = hopf_thresholds(rod, all_crossings=True)
+    found = sorted(t.force for t in (*search.steady, *search.later) if t.omega == 0)
+    exact = buckling_of_a_sprung_rod(rod, float(search.max_force))
+    assert found == pytest.approx(exact, rel=1e-11)
+    assert search.unstable_unloaded == (1 if float(kappa) < -1 else 0)
+    assert search.steady == hopf_thresholds(rod).steady
+
+
+@pytest.mark.parametrize("kappa", ["-500", "-5e4", "-5e6"])
+def test_a_boundary_layer_at_the_tip_is_counted_however_thin(sprung, kappa):
+    rod = sprung((200, 1e4, 1e-4), kappa)
+    assert [unstable_count(rod, force) for force in (0.0, 30.0, 150.0)] == [1, 2, 3]
+
+
+def test_a_rod_unstable_without_a_force_says_so(sprung):
+    rod = sprung((200, 1e4, 1e-4), "-1.5")
+    search = hopf_thresholds(rod)
+    assert (search.unstable_unloaded, search.steady[0].crossing) == (1, "restabilizing")
+    assert report.document(search, [])["unstable_unloaded"] == 1
+    unstable = hopf_thresholds(sprung((200, 1e4, 1e-4), "-50"))
+    said = report.sentences(unstable)
+    assert "The straight rod is unstable already at force = 0: 1 eigenvalue has positive real part." in said
+    assert said[-1] == "No Hopf threshold: it is unstable in the whole range."
+
+
+def test_a_rod_that_is_neither_stable_nor_unstable_without_a_force_is_refused(sprung):
+    message = "near F = 0 double precision cannot tell whether the eigenvalue .* change a parameter a little"
+    with pytest.raises(ComputationError, match=message):
+        hopf_thresholds(sprung((200, 1e4, 1e-4), "-1"))
+
+
+def test_a_window_of_buckling_before_flutter_is_seen():
+    """Between two forces that a coarse scan takes, a real eigenvalue crosses and comes back; then a pair."""
+    rod = RodParameters("1246.63", "22.8", "4.556e-5", "0.837", model="partial_follower", chi="0.4305")
+    search = hopf_thresholds(rod)
+    assert [t.crossing for t in search.steady] == ["destabilizing", "restabilizing"]
+    for t in search.steady:
+        sides = [static_sign(rod, t.force * (1 + side)) for side in (-1e-9, 1e-9)]
+        assert sides[0] == -sides[1]
+    (flutter,) = search
+    assert search.steady[1].force < flutter.force
+    assert [unstable_count(rod, force) for force in (4, 7, 10.35, 10.4)] == [0, 1, 0, 2]
 
 
 def test_a_steady_crossing_is_said_and_has_no_coefficients_of_an_oscillation(capsys):

@@ -1,6 +1,7 @@
 """landau --order 5, predict --order 5 and the pitchfork of landau, as a user runs them."""
 
 import json
+import re
 
 import pytest
 
@@ -80,6 +81,31 @@ def test_buckling_has_a_pitchfork(said):
     assert float(steady["y_tip2_slope"]) == pytest.approx(1.314045728599595)
     assert steady["criticality"] == "supercritical"
     assert "supercritical: beta" in said(*arguments)
+
+
+def test_a_buckled_rod_is_predicted(said):
+    rod = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4", "--model", "partial-follower"]
+    arguments = ["predict", *rod, "--parameter", "chi=0.3", "--force"]
+    document = json.loads(said(*arguments, "5", "--json"))
+    assert document["predictions"] == []
+    (steady,) = document["steady"]
+    assert (steady["side"], steady["exists"], steady["stable"]) == ("above", True, True)
+    assert float(steady["threshold"]) == pytest.approx(4.0550174)
+    squared = 0.7100415756 * (5 - float(steady["threshold"]))  # the slope in docs/order5.md
+    assert float(steady["y_tip"]) ** 2 == pytest.approx(squared, rel=1e-9)
+    assert re.search(r"stable +0\.819131828", said(*arguments, "5"))
+    (steady,) = json.loads(said(*arguments, "3", "--json"))["steady"]
+    assert (steady["exists"], steady["y_tip"]) == (False, None)
+    assert "none here: it lies above the threshold" in said(*arguments, "3")
+
+
+def test_order_five_says_that_it_stops_at_three_where_the_rod_buckles(said):
+    rod = [*DEAD, "--parameter", "chi=0"]
+    for command in (["landau", *rod, "--max-force", "5"], ["predict", *rod, "--force", "3"]):
+        assert "at a steady crossing the numbers are those of order 3." in said(*command, "--order", "5")
+        assert "order 3" not in said(*command)
+    document = json.loads(said("landau", *rod, "--max-force", "5", "--order", "5", "--json"))
+    assert "those of order 3" in document["notes"][-1]
 
 
 def test_other_orders_and_combinations_are_refused(said):

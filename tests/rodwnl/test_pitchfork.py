@@ -1,14 +1,18 @@
 """Buckling under a dead load: the pitchfork's coefficients against computed equilibria and the elastica."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from rodwnl import InputError, RodParameters
+from rodwnl import InputError, RodParameters, cli, simulate
 from rodwnl.collocated import leading_eigenvalues
-from rodwnl.responses import amplitude_equation, pitchfork
+from rodwnl.predictions import buckled_at, predict_buckled
+from rodwnl.responses import Pitchfork, amplitude_equation, pitchfork
 from rodwnl.spectrum import HopfThreshold
+from rodwnl.storage import load
 
 
 def dead(k1, k2, gamma3="1e-3"):
@@ -63,6 +67,60 @@ def test_buckled_states_are_computed_equilibria(rod):
     assert 2 * measured[0] - measured[1] == pytest.approx(form.y_tip2_slope, rel=2e-5)
     assert form.criticality == "supercritical"
     assert form.beta == pytest.approx(threshold.slope.real, rel=1e-9)
+
+
+def test_predicted_deflections_are_those_of_computed_equilibria():
+    rod = dead("60", "25")
+    (here,) = predict_buckled(rod, buckling(rod).force + 0.01)
+    distance = here.force - here.threshold.force
+    assert (here.side, here.exists, here.stable) == ("above", True, True)
+    assert distance == pytest.approx(0.01)
+    assert here.y_tip == pytest.approx(equilibrium(rod, here.force), rel=distance)
+    assert 0 < here.y_tip_error < 1e-8 * here.y_tip
+    (below,) = predict_buckled(rod, 2)
+    assert (below.side, below.exists, below.stable, below.y_tip) == ("above", False, None, None)
+
+
+@pytest.mark.parametrize(("distance", "duration"), [(0.02, 400), (0.2, 100)])
+def test_a_run_comes_to_rest_at_the_computed_equilibrium(distance, duration):
+    rod = dead("60", "25")
+    force = buckling(rod).force + distance
+    reading = simulate(rod, force, duration).reading
+    assert (reading.state, reading.A_tip, reading.omega) == ("buckled", None, None)
+    exact = equilibrium(rod, force)
+    assert abs(reading.y_tip - exact) <= reading.y_tip_error + 1e-11 * exact  # the latter's own
+    assert reading.y_tip_error < 1e-6 * exact
+    (predicted,) = predict_buckled(rod, force)
+    assert reading.y_tip == pytest.approx(predicted.y_tip, rel=distance)
+
+
+def test_a_buckled_run_is_said_to_be_and_kept(capsys, tmp_path):
+    arguments = ["--k1", "60", "--k2", "25", "--gamma3", "1e-3", "--model", "partial-follower", "--parameter"]
+    path = tmp_path / "run.nc"
+    run = ["simulate", *arguments, "chi=0", "--force", "2.6", "--time", "100"]
+    assert cli.run([*run, "--out", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "The rod has buckled: its tip has come to rest away from the straight rod." in text
+    assert cli.run([*run, "--check", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    whole = document["simulation"]
+    assert (whole["state"], whole["A_tip"]) == ("buckled", None)
+    assert f"{float(whole['y_tip']):.8f}" in text
+    finer, longer = (float(document[name]["y_tip"]) for name in ("finer", "twice_the_time"))
+    assert finer == pytest.approx(longer, rel=1e-9)
+    kept = load(path).attrs
+    assert kept["state"] == "buckled"
+    assert kept["y_tip"] == pytest.approx(float(whole["y_tip"]), rel=1e-9)
+    assert kept["y_tip_error"] < 1e-6
+
+
+def test_a_bent_state_beside_a_straight_one_that_is_stable_is_unstable():
+    threshold = buckling(dead("60", "25"))
+    backwards = Pitchfork(threshold.force, 4.0, 2.0, -0.5, 1e-9, 1e-9)
+    bent = buckled_at(threshold, backwards, threshold.force - 0.1)
+    assert (bent.side, bent.exists, bent.stable) == ("below", True, False)
+    undecided = Pitchfork(threshold.force, 1e-12, 2.0, -2e12, 1e-9, 1e-9)
+    assert buckled_at(threshold, undecided, 3.0).side is None
 
 
 def test_a_stiff_rod_is_the_elastica():

@@ -68,6 +68,27 @@ def test_an_oscillation_that_is_gone_has_decayed():
         assert reading.omega is None
 
 
+@pytest.mark.parametrize("omega", [0.0, 40.0])
+def test_a_signal_that_comes_to_rest_away_from_0_has_buckled(omega):
+    time = times(100)
+    reading = read(time, -0.3 + np.exp(-6 * time) * np.cos(omega * time))
+    assert (reading.state, reading.A_tip, reading.omega) == ("buckled", None, None)
+    assert abs(reading.y_tip + 0.3) <= reading.y_tip_error < 1e-6
+    assert read(time, np.full(time.size, 0.3)).state == "buckled"
+
+
+def test_what_is_still_on_its_way_has_not_buckled():
+    time = times(100)
+    for rate in (1e-6, 1e-2, 1.0):  # towards 0, however slowly
+        assert read(time, 0.3 * np.exp(-rate * time)).state == "not finished"
+        assert read(time, 1e-3 * np.exp(-rate * time)).state == "not finished"
+    for rate in (0.5, 2.5):  # towards 0.3, from where it was more than 1e-3 of it away in the last quarter
+        assert read(time, 0.3 - 0.29 * np.exp(-rate * time)).state == "not finished"
+    assert read(time, 0.3 + 1e-4 * np.cos(OMEGA * time)).state == "settled"  # a small beat about 0.3
+    for size in (1, 2, 3):  # a run that was interrupted at once
+        assert read(time[:size], 0.3 + time[:size]).state == "not finished"
+
+
 def test_a_signal_without_oscillation_or_too_short_for_a_frequency_says_so():
     time = times(100)
     assert read(time, 1 + time).A_tip is None

@@ -152,6 +152,19 @@ def test_the_crossings_of_a_soft_rod_are_all_there(k1, k2, gamma3, number):
             assert abs(omega - t.omega) <= max(10 * t.omega_error, 1e-12 * t.omega)
 
 
+@pytest.mark.parametrize(
+    ("parameters", "force", "omega"),
+    [((1e3, 5.0, 1e-4, 0.5), 350.82, 3928.1), ((1e6, 5.0, 1.0, 0.5), 388.31, 721.7)],
+)
+def test_short_waves_do_not_spoil_the_slopes_of_the_determinant(parameters, force, omega):
+    """The modes go like exp(160 i u) and exp(175 i u) here, and D through many waves as the force changes."""
+    found = spectrum.Exponentials(parameters).threshold(force - 1, force + 1, force, omega)
+    eigenvalues, slopes = (row[0] for row in leading_eigenvalues(parameters, np.array([found.force]), 60))
+    at = np.argmin(abs(eigenvalues - 1j * found.omega))
+    assert eigenvalues[at] == pytest.approx(1j * found.omega, rel=1e-7)
+    assert found.slope == pytest.approx(slopes[at], rel=1e-6)
+
+
 @pytest.mark.parametrize(("k1", "k2", "gamma3"), [(200, 5, "1"), (1000, 20, "1e-4")])
 def test_between_the_crossings_of_a_soft_rod_the_proved_counts_are_those_seen(k1, k2, gamma3):
     pytest.importorskip("flint")

@@ -108,6 +108,13 @@ def expand_model(model: RodModel, order: int) -> Constitution:
         raise ModelError(
             f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
         )
+    if not uniform:
+        for e in letters.constants.values():
+            if not e.diff(symbol("nu")).is_polynomial(*e.free_symbols):
+                raise ModelError(
+                    f"{model.name}: beside a distributed load the energy and the drag must be polynomials in "
+                    f"h1, but at the straight rod there is {e}"
+                )
     return Constitution(
         tuple(w.diff(s).expand() for s in shifted),
         letters.coefficient("W", (1, 0, 0), energy.get((1, 0, 0), Integer(0))),

@@ -239,11 +239,15 @@ def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial,
             ('kind = "follower"', 'kind = "follower"\n[[load]]\nkind = "distributed"'),
             "beside a distributed load",
         ),
+        (
+            ('Pi^2/2"', 'Pi^2/2*exp(h1 - 1)"', '"follower"', '"distributed"'),
+            r"beside a distributed load .* polynomials in h1, but at the straight rod there is exp\(nu - 1\)",
+        ),
     ],
 )
 def test_a_broken_assumption_is_named(edit, message):
     with pytest.raises(ModelError, match=message):
-        expand_model(read_model(changed(edit)), 3)
+        expand_model(read_model(changed(*zip(edit[::2], edit[1::2], strict=True))), 3)
 
 
 def test_an_energy_that_is_not_convex_in_numbers_is_refused(tmp_path, capsys):

@@ -225,14 +225,45 @@ def logarithmic(k1, k2, gamma3, gamma1):
     )
 
 
+GRADED = """
+name = "graded"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2 + (h1 - 1)*Pi^2/4 + 30*(h1 - 1)*h2^2"
+[drag]
+v1 = "gamma1*sqrt(h1^2 + h2^2)"
+v2 = "sqrt(h1^2 + h2^2)"
+Omega = "gamma3"
+[[load]]
+kind = "distributed"
+"""
+
+
+def graded(k1, k2, gamma3, gamma1):
+    """Under a load along the rod its stretch varies, and with it the stiffnesses and the drag."""
+
+    def drag(h1, h2, pi):
+        metric = (h1 * h1 + h2 * h2) ** 0.5
+        return gamma1 * metric, metric, gamma3
+
+    return replace(
+        LAWS["distributed"](k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (
+            k1 * (h1 - 1.0) + pi * pi / 4 + 30.0 * h2 * h2,
+            k2 * h2 + 60.0 * (h1 - 1.0) * h2,
+            pi + (h1 - 1.0) * pi / 2,
+        ),
+        drag=drag,
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "law", "values", "crossings"),
     [
         (EVERYTHING, everything, (1e4, 1e3, 1e-3), ["destabilizing"]),
         (EXPONENTIAL, exponential, SOFT, ["destabilizing", "restabilizing"]),
         (LOGARITHMIC, logarithmic, SOFT, ["destabilizing"]),
+        (GRADED, graded, (1e4, 1e2, 1e-2), ["destabilizing"]),
     ],
-    ids=["everything", "exponential", "logarithmic"],
+    ids=["everything", "exponential", "logarithmic", "graded"],
 )
 def test_rods_from_files_are_confirmed(tmp_path, text, law, values, crossings):
     """Couplings of all strains, drag in every strain, loads in angle and velocities; analytic energies."""

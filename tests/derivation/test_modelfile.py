@@ -294,6 +294,13 @@ def test_a_broken_assumption_is_one_line_in_every_command(tmp_path, capsys, comm
     assert error.startswith(f"rodwnl: {file}: mine: the energy couples shear and bending")
 
 
+def test_a_tip_load_that_is_no_polynomial_in_a_velocity_is_refused():
+    tip = '[tip]\nF1 = "-force"\nF2 = "1 - exp(v2)"\nM = "0"\n'
+    model = read_model(changed(('[[load]]\nkind = "follower"\n', tip)))
+    with pytest.raises(ModelError, match="tip load F2 must be a polynomial in v1, v2, Omega and force"):
+        expand_model(model, 3)
+
+
 def test_a_cache_that_cannot_be_written_is_found_before_deriving(tmp_path, monkeypatch, capsys):
     file, cache = tmp_path / "rod.toml", tmp_path / "a_file"
     file.write_text(PLAIN)

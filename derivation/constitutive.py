@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 
 from sympy import Expr, Integer, Poly, Symbol, factorial
 from sympy import cos as cosine
@@ -97,10 +98,11 @@ def expand_model(model: RodModel, order: int) -> Constitution:
     shifted = [symbol(q) for q in SHIFTED]
     w = sum((c * _monomial(index) for index, c in named.items()), Integer(0))
     drag = tuple(_drag(model, letters, k, order) for k in range(3))
-    tip = tuple(_tip(model, load, order) for load in model.tip_load)
-    if not model.body_load[0].free_symbols <= {symbol("force")} or model.body_load[1:] != (0, 0):
+    tip = tuple(_tip(model, letters, k, order) for k in range(3))
+    along, *across = model.body_load
+    if along.free_symbols - {symbol("force")} or not _rational(along) or across != [0, 0]:
         raise ModelError(
-            f"{model.name}: a body load must be a tangential force, given as a function of force alone"
+            f"{model.name}: a body load must be a tangential force, a rational number times force"
         )
     uniform = model.body_load[0] == 0
     _require_compression(model, tip, uniform)
@@ -108,6 +110,13 @@ def expand_model(model: RodModel, order: int) -> Constitution:
         raise ModelError(
             f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
         )
+    if not uniform:
+        for e in letters.constants.values():
+            if not e.diff(symbol("nu")).is_polynomial(*e.free_symbols):
+                raise ModelError(
+                    f"{model.name}: beside a distributed load the energy and the drag must be polynomials in "
+                    f"h1, but at the straight rod there is {e}"
+                )
     return Constitution(
         tuple(w.diff(s).expand() for s in shifted),
         letters.coefficient("W", (1, 0, 0), energy.get((1, 0, 0), Integer(0))),
@@ -156,13 +165,12 @@ class _Letters:
         """The coefficient itself if the ring can hold it, else a constant ``kind_ijk``."""
         nu = symbol("nu")
         value = multiplied_out(value)
-        allowed = {*map(symbol, self.parameters), nu}
-        if value.is_polynomial(*allowed):
+        if _rational(value):
             return value
         numerator, denominator = value.together().as_numer_denom()
-        inverse = denominator.free_symbols == {nu} and denominator.is_polynomial(nu)
+        inverse = denominator.free_symbols == {nu} and _rational(denominator)
         power = Poly(denominator, nu).as_dict() if inverse else {}
-        if len(power) == 1 and numerator.is_polynomial(*allowed):
+        if len(power) == 1 and _rational(numerator):
             (((exponent,), factor),) = power.items()
             self.inverses["nu"] = "nu_inv"
             return (numerator / factor).expand() * symbol("nu_inv") ** exponent
@@ -265,12 +273,35 @@ def _drag(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
     return sum(parts, Integer(0)) * velocity
 
 
-def _tip(model: RodModel, load: Expr, order: int) -> Expr:
-    """Taylor polynomial of the tip load in theta; polynomial in the velocities already."""
+def _rational(e: Expr) -> bool:
+    """Whether this is a polynomial in all its symbols with rational coefficients: what a ring can hold."""
+    symbols = sorted(e.free_symbols, key=str)
+    if not symbols:
+        return bool(e.is_Rational)
+    return bool(e.is_polynomial(*symbols)) and all(c.is_Rational for c in Poly(e, *symbols).coeffs())
+
+
+def _tip(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
+    """Taylor polynomial of a tip load in theta; it must be one in the velocities and the force already."""
     theta = symbol("theta")
-    load = load.xreplace({symbol("cos"): cosine(theta), symbol("sin"): sine(theta)})
+    load = model.tip_load[k].xreplace({symbol("cos"): cosine(theta), symbol("sin"): sine(theta)})
     total: Expr = Integer(0)
     for n in range(order + 1):
         total += load.subs(theta, 0) * theta**n / factorial(n)
         load = load.diff(theta)
-    return total.expand()
+    total = total.expand()
+    if _rational(total):
+        return total
+    small = [symbol(q) for q in (*VELOCITIES, "force", "theta")]
+    if not total.is_polynomial(*small):
+        raise ModelError(
+            f"{model.name}: the tip load {('F1', 'F2', 'M')[k]} must be a polynomial in v1, v2, Omega and "
+            "force, with a Taylor polynomial in theta"
+        )
+    return sum(
+        (
+            letters.coefficient(f"L{k + 1}", index, c) * prod(s**e for s, e in zip(small, index, strict=True))
+            for index, c in Poly(total, *small).as_dict().items()
+        ),
+        Integer(0),
+    )

@@ -70,7 +70,7 @@ def nodal(name: str, doc: str = "") -> Argument:
 def needs_namespace(formulas: Iterable[Expr]) -> bool:
     """Whether formulas hold a function (a square root is one) that plain arithmetic does not have."""
     return any(
-        e.has(sympy.sin, sympy.cos, sympy.exp, sympy.log)
+        e.has(sympy.sin, sympy.cos, sympy.exp, sympy.log, sympy.E)
         or any(not power.exp.is_Integer for power in e.atoms(sympy.Pow))
         for e in formulas
     )

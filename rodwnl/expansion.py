@@ -155,17 +155,19 @@ def second_order(
 
 
 def _two_point(
-    K1: Any, c: complex, forcing: NDArray[Any], slope: complex, spring: complex, nodes: Nodes
+    K1: Any, c: Any, forcing: NDArray[Any], slope: complex, spring: complex, nodes: Nodes
 ) -> tuple[Complex, Complex, complex]:
     """X, X' and X(1) with K1 X'' = c X + forcing, X(0) = 0, X'(1) + spring X(1) = slope.
 
+    K1 and c are numbers, or their values at the nodes where the straight rod is not uniform.
     With w = X'' and s = X'(1): X' = s − ∫ᵤ¹ w and X = s u − ∫₀ᵘ∫ᵤ¹ w, in which (w, s) are the unknowns.
     """
     n = len(nodes.u)
     twice = nodes.from_clamp @ nodes.to_tip
     end = nodes.weights @ nodes.to_tip  # ∫₀¹∫ᵤ¹
     matrix, right = np.zeros((n + 1, n + 1), dtype=complex), np.zeros(n + 1, dtype=complex)
-    matrix[:n, :n] = np.diag(np.broadcast_to(K1, (n,))) + c * twice
+    K1, c = np.broadcast_to(K1, (n,)), np.broadcast_to(c, (n,))
+    matrix[:n, :n] = np.diag(K1) + c[:, None] * twice
     matrix[:n, n] = -c * nodes.u
     matrix[n, :n], matrix[n, n] = -spring * end, 1 + spring
     right[:n], right[n] = forcing, slope

@@ -76,6 +76,8 @@ class Lowering:
                 return Call("conjugate", self(operand))
         if expr is sympy.I:
             return Imaginary()
+        if expr is sympy.E:  # what SymPy makes of exp(1)
+            return Call("exp", Integer(1))
         if expr.func in FUNCTIONS:
             return Call(FUNCTIONS[expr.func], self(expr.args[0]))
         return self.opaque(expr)

@@ -239,11 +239,15 @@ def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial,
             ('kind = "follower"', 'kind = "follower"\n[[load]]\nkind = "distributed"'),
             "beside a distributed load",
         ),
+        (
+            ('Pi^2/2"', 'Pi^2/2*exp(h1 - 1)"', '"follower"', '"distributed"'),
+            r"beside a distributed load .* polynomials in h1, but at the straight rod there is exp\(nu - 1\)",
+        ),
     ],
 )
 def test_a_broken_assumption_is_named(edit, message):
     with pytest.raises(ModelError, match=message):
-        expand_model(read_model(changed(edit)), 3)
+        expand_model(read_model(changed(*zip(edit[::2], edit[1::2], strict=True))), 3)
 
 
 def test_an_energy_that_is_not_convex_in_numbers_is_refused(tmp_path, capsys):
@@ -291,6 +295,13 @@ def test_a_broken_assumption_is_one_line_in_every_command(tmp_path, capsys, comm
     out, error = capsys.readouterr()
     assert (out, error.count("\n")) == ("", 1)
     assert error.startswith(f"rodwnl: {file}: mine: the energy couples shear and bending")
+
+
+def test_a_tip_load_that_is_no_polynomial_in_a_velocity_is_refused():
+    tip = '[tip]\nF1 = "-force"\nF2 = "1 - exp(v2)"\nM = "0"\n'
+    model = read_model(changed(('[[load]]\nkind = "follower"\n', tip)))
+    with pytest.raises(ModelError, match="tip load F2 must be a polynomial in v1, v2, Omega and force"):
+        expand_model(model, 3)
 
 
 def test_a_cache_that_cannot_be_written_is_found_before_deriving(tmp_path, monkeypatch, capsys):

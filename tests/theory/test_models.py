@@ -225,14 +225,80 @@ def logarithmic(k1, k2, gamma3, gamma1):
     )
 
 
+GRADED = """
+name = "graded"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2 + (h1 - 1)*Pi^2/4 + 30*(h1 - 1)*h2^2"
+[drag]
+v1 = "gamma1*sqrt(h1^2 + h2^2)"
+v2 = "sqrt(h1^2 + h2^2)"
+Omega = "gamma3"
+[[load]]
+kind = "distributed"
+"""
+
+
+def graded(k1, k2, gamma3, gamma1):
+    """Under a load along the rod its stretch varies, and with it the stiffnesses and the drag."""
+
+    def drag(h1, h2, pi):
+        metric = (h1 * h1 + h2 * h2) ** 0.5
+        return gamma1 * metric, metric, gamma3
+
+    return replace(
+        LAWS["distributed"](k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (
+            k1 * (h1 - 1.0) + pi * pi / 4 + 30.0 * h2 * h2,
+            k2 * h2 + 60.0 * (h1 - 1.0) * h2,
+            pi + (h1 - 1.0) * pi / 2,
+        ),
+        drag=drag,
+    )
+
+
+CONSTANTS = """
+name = "constants"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/3 + sqrt(2)/3*Pi^4"
+[parameters]
+s = { default = "3" }
+[drag]
+v1 = "gamma1"
+v2 = "4/3"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+[[load]]
+kind = "spring"
+stiffness = "1/s + exp(1)/7"
+[[load]]
+kind = "damper"
+drag = "cos(1)/1000"
+"""
+
+
+def constants(k1, k2, gamma3, gamma1, *, s):
+    """Fractions and irrational numbers that stand bare, and a quotient by a parameter in a load."""
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (k1 * (h1 - 1.0), k2 * h2, 2 * pi / 3 + 4 * 2**0.5 / 3 * pi**3),
+        drag=lambda h1, h2, pi: (gamma1, 4 / 3, gamma3),
+        load=lambda theta, v, force: (
+            -force,
+            0.0,
+            -(1 / s + np.e / 7) * theta - np.cos(1.0) / 1000 * v[2],
+        ),
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "law", "values", "crossings"),
     [
         (EVERYTHING, everything, (1e4, 1e3, 1e-3), ["destabilizing"]),
         (EXPONENTIAL, exponential, SOFT, ["destabilizing", "restabilizing"]),
         (LOGARITHMIC, logarithmic, SOFT, ["destabilizing"]),
+        (GRADED, graded, (1e4, 1e2, 1e-2), ["destabilizing"]),
+        (CONSTANTS, constants, (1e4, 1e3, 1e-3), ["destabilizing"]),
     ],
-    ids=["everything", "exponential", "logarithmic"],
+    ids=["everything", "exponential", "logarithmic", "graded", "constants"],
 )
 def test_rods_from_files_are_confirmed(tmp_path, text, law, values, crossings):
     """Couplings of all strains, drag in every strain, loads in angle and velocities; analytic energies."""

@@ -46,6 +46,13 @@ def test_every_shipped_rod_is_here():
     assert {*MODELS, "tip_drag"} == {"follower", *RODS}
 
 
+def test_the_documentation_gives_these_counts():
+    text = (TIP_DRAG.parents[1] / "docs" / "your-rod.md").read_text(encoding="utf-8")
+    for name, numbers in EXPECTED.items():
+        shown = f"examples/{name}.toml" if name == "tip_drag" else name.replace("_", "-")
+        assert f"| `{shown}` | " + " | ".join(map(str, numbers)) in text
+
+
 @pytest.mark.parametrize("name", RODS)
 def test_the_papers_equations_for_another_rod(name, paper, notation):
     theory = theory_of(name)

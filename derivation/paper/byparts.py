@@ -14,15 +14,24 @@ functions, and what is left there is what counts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cache
-from hashlib import sha256
+from collections.abc import Iterator
 from itertools import combinations_with_replacement, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from sympy import QQ, QQ_I, symbols
+from sympy import QQ_I
 
-from derivation.paper.algebra import ONE, Atom, I, Monomial, Poly, U, atom, constant, poly
+from derivation.paper.algebra import Atom, I, Monomial, Poly, U, atom, constant, poly
+from derivation.paper.elimination import (
+    PRIME,
+    Echelon,
+    Functions,
+    Vector,
+    integral_in,
+    integrand,
+    residue,
+    split,
+    vector,
+)
 from derivation.paper.meanings import integral
 from derivation.paper.theory import Theory
 from derivation.paper.values import UndecidedError
@@ -39,12 +48,8 @@ CONTENTS = {(2, 1, 0, 1), (1, 2, 1, 0), (1, 0, 0, 1), (0, 1, 1, 0), (0, 0, 0, 1)
 MORE_POWERS = 2
 #: Relations that a proof may take, and those with which a difference is brought to the ends to be shown.
 MOST, SHOWN = 40, 4
-PRIME = 2**61 - 1
 #: lambda = i omega: in it everything is real, so real and imaginary parts vanish separately.
 LAMBDA = Atom("constant", "lambda at the threshold")
-
-Vector = dict[Monomial, Any]
-"""Coefficients of integrals and of end values; in elimination these columns, and relations, are numbers."""
 
 
 class Family(NamedTuple):
@@ -61,11 +66,14 @@ def by_parts(theory: Theory, p: Poly) -> Poly:
     Free of integrals if few integrations by parts bring them all to the ends, else as it was.
 
     Raises:
-        UndecidedError: if it vanishes at one rod, but by more relations than can be handled for all rods.
+        UndecidedError: if it vanishes at one rod, but by more relations than can be handled for all rods, or
+            if the straight rod is not uniform: its equations have no parity under reflection.
     """
-    columns = {c for m in p.terms if _integral_in(c := _split(m)[1])}
+    columns = {c for m in p.terms if integral_in(c := split(m)[1])}
     if not columns or not all(_is_known(c) for c in columns):
         return p
+    if theory.profiles:
+        raise UndecidedError("integrals along a straight rod that is not uniform are compared as printed")
     left = poly(0)
     for unit, part in zip((poly(1), I), _parts(p), strict=True):
         rest = _reduced(theory, part)
@@ -78,7 +86,7 @@ def by_parts(theory: Theory, p: Poly) -> Poly:
 def _reduced(theory: Theory, p: Poly) -> Poly | None:
     """What is left of a p with real coefficients; None if integrals are."""
     rest, used, idle = _at_one_rod(theory, p)
-    if any(map(_integral_in, rest)):
+    if any(map(integral_in, rest)):
         return None
     left, more = Echelon([v for v, _ in idle], PRIME).reduced(rest, ends=True)
     if not left:
@@ -89,10 +97,10 @@ def _reduced(theory: Theory, p: Poly) -> Poly | None:
     if count > MOST:
         raise UndecidedError(f"the integrals agree at one rod, by {count} integrations by parts")
     taken = [Poly({factor: QQ_I.one}) * rows[k] for factor, rows, numbers in used for k in numbers]
-    functions = _Functions([p, *taken])
-    exact = Echelon([_vector(q, functions.of) for q in taken])
-    found, _ = exact.reduced(_vector(p, functions.of), ends=True)
-    return None if any(map(_integral_in, found)) else functions.polynomial(found)
+    functions = Functions([p, *taken])
+    exact = Echelon([vector(q, functions.of) for q in taken])
+    found, _ = exact.reduced(vector(p, functions.of), ends=True)
+    return None if any(map(integral_in, found)) else functions.polynomial(found)
 
 
 Used = tuple[Monomial, list[Poly], list[int]]
@@ -103,8 +111,8 @@ def _at_one_rod(theory: Theory, p: Poly) -> tuple[Vector, list[Used], list[tuple
     """p there without the integrals that go, the relations used, and what holds among end values alone."""
     groups: dict[tuple[Monomial, tuple[int, ...], int], Vector] = {}
     total: Vector = {}
-    for column, x in _vector(p, _residue).items():
-        a = _integral_in(column)
+    for column, x in vector(p, residue).items():
+        a = integral_in(column)
         if a is None:
             total[column] = x
         else:
@@ -113,11 +121,11 @@ def _at_one_rod(theory: Theory, p: Poly) -> tuple[Vector, list[Used], list[tuple
     used: list[Used] = []
     idle: list[tuple[Vector, Used]] = []
     for (factor, content, parity), v in groups.items():
-        highest = max(_family(a).power for c in v if (a := _integral_in(c)))
+        highest = max(_family(a).power for c in v if (a := integral_in(c)))
         for power in range(highest, highest + MORE_POWERS + 1):
             relations, echelon = _relations(theory, Family(content, parity, power))
             rest, numbers = echelon.reduced(v, ends=False)
-            if not any(map(_integral_in, rest)):
+            if not any(map(integral_in, rest)):
                 break
         used.append((factor, relations, numbers))
         idle += [(_weighted(row, factor), (factor, relations, taken)) for row, taken in echelon.idle]
@@ -131,67 +139,6 @@ def _weighted(v: Vector, factor: Monomial) -> Vector:
     return {next(iter((weight * Poly({c: QQ_I.one})).terms)): x for c, x in v.items()}
 
 
-class Echelon:
-    """Vectors over a field, each with a leading column that no later one has.
-
-    The entries are elements of the field or, with a modulus, integers modulo this prime. Columns are
-    numbered by rank; below zero stand the numbers of the vectors that a combination is made of.
-
-    Attributes:
-        idle: vectors that hold no integral, with the numbers of those they are made of.
-    """
-
-    def __init__(self, vectors: list[Vector], modulus: int | None = None) -> None:
-        self.modulus = modulus
-        self.columns = sorted({c for v in vectors for c in v}, key=_rank)
-        self.numbers = {c: k for k, c in enumerate(self.columns)}
-        self.rows: dict[int, dict[int, Any]] = {}
-        for k, v in enumerate(vectors):
-            row = self._reduced({self.numbers[c]: x for c, x in v.items()} | {-1 - k: 1}, 0)
-            if (lead := max(row)) >= 0:
-                inverse = 1 / row[lead] if modulus is None else pow(row[lead], -1, modulus)
-                self.rows[lead] = {n: self._in_field(x * inverse) for n, x in row.items()}
-        self.integrals = next((k for c, k in self.numbers.items() if _integral_in(c)), len(self.columns))
-        self.idle = [self._parted(row) for k, row in self.rows.items() if k < self.integrals]
-
-    def reduced(self, v: Vector, *, ends: bool) -> tuple[Vector, list[int]]:
-        """v without leading columns, of end values only if told so, and the numbers of what it took."""
-        others = {c: x for c, x in v.items() if c not in self.numbers}
-        if any(map(_integral_in, others)):
-            return v, []
-        known = {self.numbers[c]: x for c, x in v.items() if c in self.numbers}
-        row = self._reduced(known, 0 if ends else self.integrals)
-        rest, taken = self._parted(row)
-        return rest | others, taken
-
-    def _parted(self, row: dict[int, Any]) -> tuple[Vector, list[int]]:
-        return {self.columns[k]: x for k, x in row.items() if k >= 0}, [-1 - k for k in row if k < 0]
-
-    def _reduced(self, row: dict[int, Any], first: int) -> dict[int, Any]:
-        while leads := [k for k in row if k >= first and k in self.rows]:
-            times = row[lead := max(leads)]
-            for k, x in self.rows[lead].items():
-                value = self._in_field(row.get(k, 0) - times * x)
-                if value:
-                    row[k] = value
-                else:
-                    del row[k]
-        return row
-
-    def _in_field(self, x: Any) -> Any:
-        return x if self.modulus is None else x % self.modulus
-
-
-@cache
-def _rank(column: Monomial) -> tuple[Any, ...]:
-    """Integrals above end values; among them those with X0 and X2, high powers of u, many primes."""
-    a = _integral_in(column)
-    inside = dict(_inside(a)) if a else {}
-    forced = sum(e for b, e in inside.items() if b.name in ("X0", "X2"))
-    primes = sum(b.u * e for b, e in inside.items())
-    return a is not None, forced, inside.get(U, 0), primes, str(sorted(map(str, column)))
-
-
 def _relations(theory: Theory, family: Family) -> tuple[list[Poly], Echelon]:
     """The relations between integrals of a family, and these reduced at one rod."""
     made = theory.__dict__.setdefault("relations", {})
@@ -201,7 +148,7 @@ def _relations(theory: Theory, family: Family) -> tuple[list[Poly], Echelon]:
             for k in range(family.power + 1)
             for q in _products(family.content, (family.parity + k + 1) % 2)
         ]
-        made[family] = relations, Echelon([_vector(r, _residue) for r in relations], PRIME)
+        made[family] = relations, Echelon([vector(r, residue) for r in relations], PRIME)
     found: tuple[list[Poly], Echelon] = made[family]
     return found
 
@@ -253,7 +200,7 @@ def _parity(factors: tuple[Atom, ...]) -> int:
 
 def _family(a: Atom) -> Family:
     """The family of an integral: power is that of its integrand."""
-    inside = dict(_inside(a))
+    inside = dict(integrand(a))
     power = inside.pop(U, 0)
     factors = tuple(b for b, e in inside.items() for _ in range(e))
     return Family(_content_of(factors), (_parity(factors) + power) % 2, power)
@@ -266,25 +213,9 @@ def _is_known(column: Monomial) -> bool:
         return False
     a, _ = integrals[0]
     letters = all(
-        e > 0 and (b == U or (b.kind == "shape" and b.name in (*MODES, *ADJOINT))) for b, e in _inside(a)
+        e > 0 and (b == U or (b.kind == "shape" and b.name in (*MODES, *ADJOINT))) for b, e in integrand(a)
     )
     return letters and _family(a).content in CONTENTS
-
-
-def _integral_in(column: Monomial) -> Atom | None:
-    return next((a for a, _ in column if a.kind == "integral"), None)
-
-
-def _inside(a: Atom) -> Monomial:
-    (inside,) = a.arg.terms
-    found: Monomial = inside
-    return found
-
-
-def _split(m: Monomial) -> tuple[Monomial, Monomial]:
-    """Parameters, and what stands beside them."""
-    parameters = frozenset((a, e) for a, e in m if a.kind == "constant" and a != U)
-    return parameters, m - parameters
 
 
 def _parts(p: Poly) -> tuple[Poly, Poly]:
@@ -292,64 +223,3 @@ def _parts(p: Poly) -> tuple[Poly, Poly]:
     p = p.map(lambda a: -I * atom(LAMBDA) if a == Atom("constant", "omega") else None)
     real = Poly.of((m, QQ_I(c.x, 0)) for m, c in p.terms.items())
     return real, -I * (p - real)
-
-
-def _vector(p: Poly, coefficient: Callable[[Poly], Any]) -> Vector:
-    """p by what stands beside the parameters."""
-    sums: dict[Monomial, dict[Monomial, Any]] = {}
-    for m, c in p.terms.items():
-        parameters, rest = _split(m)
-        sums.setdefault(rest, {})[parameters] = c
-    found = {rest: coefficient(Poly(terms)) for rest, terms in sums.items()}
-    return {rest: x for rest, x in found.items() if x}
-
-
-def _residue(p: Poly) -> int:
-    """A function of the parameters at the one rod, whose numbers are made from their names."""
-    total = 0
-    for m, c in p.terms.items():
-        value = int(c.x.numerator) * pow(int(c.x.denominator), -1, PRIME)
-        for a, e in m:
-            value = value * pow(_value_of(a), e, PRIME) % PRIME
-        total += value
-    return total % PRIME
-
-
-@cache
-def _value_of(a: Atom) -> int:
-    return int.from_bytes(sha256(repr(a).encode()).digest()[:7])
-
-
-class _Functions:
-    """The field of rational functions in the parameters that occur."""
-
-    def __init__(self, polynomials: list[Poly]) -> None:
-        found = {a for p in polynomials for m in p.terms for a, _ in _split(m)[0]}
-        self.parameters = sorted(found | {LAMBDA}, key=repr)
-        self.field = QQ.frac_field(*symbols(f"p:{len(self.parameters)}"))
-
-    def of(self, p: Poly) -> Any:
-        gens = dict(zip(self.parameters, self.field.gens, strict=True))
-        total = self.field.zero
-        for m, c in p.terms.items():
-            term = self.field.convert(QQ(c.x.numerator, c.x.denominator))
-            for a, e in m:
-                term = term * gens[a] ** e
-            total += term
-        return total
-
-    def polynomial(self, v: Vector) -> Poly:
-        """A vector with entries in the field as a polynomial again."""
-        total = poly(0)
-        for rest, x in v.items():
-            total += Poly({rest: QQ_I.one}) * self._poly(x.numer) * self._poly(x.denom).inverse()
-        return total
-
-    def _poly(self, q: Any) -> Poly:
-        total = poly(0)
-        for exponents, c in q.terms():
-            term = Poly({ONE: QQ_I(c, 0)})
-            for a, e in zip(self.parameters, exponents, strict=True):
-                term = term * atom(a) ** e
-            total += term
-        return total

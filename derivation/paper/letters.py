@@ -236,6 +236,7 @@ class Letters:
 
     def _simple(self, q: str) -> Poly | None:
         """Numbers and functions that are no vectors."""
+        law = self.theory.d.law  # a rod has parameters of its own
         if q == "i":
             return I
         if q in CONSTANTS:
@@ -258,7 +259,7 @@ class Letters:
             "omega": constant("omega_branch"),
             "tau": constant("t"),
             "T": constant("epsilon") ** 2 * constant("t"),
-        }.get(q, constant(q) if q in self.theory.d.law.parameters else None)
+        }.get(q, constant(q) if q in (*law.parameters, *law.constants) else None)
 
     def _vector(self, q: str) -> tuple[Poly, ...] | Array | None:
         theory = self.theory

@@ -268,7 +268,9 @@ def _letter(quantity: str, notation: Notation, order: str = "") -> Sym:
         return Sym(rf"\{quantity}\theta")
     scaled = quantity in SCALED
     letters = [x for x, q in notation.symbols.items() if q == quantity]
-    letters = [OTHERS[quantity]] if quantity in OTHERS else letters or [_spelled(quantity)]
+    letters = [OTHERS[quantity]] if quantity in OTHERS else letters
+    if not letters:
+        return Sym(_spelled(quantity), "", order)
     base, _, sub = max(letters, key=lambda x: ("\\tilde" in x) == scaled).partition("_")
     return Sym(base, sub.strip("{}") if sub.count("{") < 2 else sub[1:-1], order)
 

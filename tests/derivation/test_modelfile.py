@@ -375,12 +375,13 @@ def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
 
 
 def test_the_page_for_new_users_is_true(tmp_path, monkeypatch, capsys):
-    """Its file, its commands and its Python run as they stand, with the numbers that it shows."""
+    """Its files, its commands and its Python run as they stand, with the numbers that it shows."""
     page = (EXAMPLES.parent / "docs" / "your-rod.md").read_text()
     blocks = re.findall(r"^```(\w*)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     monkeypatch.chdir(tmp_path)
-    (rod,) = [text for kind, text in blocks if kind == "toml"]
-    Path("rod.toml").write_text(rod)
+    files = [text for kind, text in blocks if kind in ("toml", "latex")]
+    for name, text in zip(("rod.toml", "mine.tex", "letters.toml"), files, strict=True):
+        Path(name).write_text(text)
     ran = 0
     for text in (text for kind, text in blocks if not kind and text.startswith("$ ")):
         for call in re.findall(r"^\$ rodwnl (.*)$", text, re.MULTILINE):

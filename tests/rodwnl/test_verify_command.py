@@ -135,6 +135,9 @@ def test_the_page_stands_alone(capsys, source, tmp_path):
         ("\n\\begin{equation}\nx = y\n", r"line 2: .*expected \\end\{equation\}"),
         ("\\[ x = \\foo \\]", r"unknown command \\foo"),
         (TABLE.replace("CELL", "many"), "expected a number such as 7.35"),
+        ("", r"paper\.tex: no displayed equation found; looked for \\begin\{equation\}"),
+        ("Nothing $x = y$ displayed.", "no displayed equation found"),
+        ("\\[\nY = H^{(1)+2} \\]", r"line 2: the superscript \( 1 \) \+ 2 is neither an order"),
     ],
 )
 def test_a_broken_source_is_one_line(text, message, capsys, source):
@@ -155,6 +158,62 @@ def test_another_rod_does_not_obey_the_papers_equations(capsys):
     code, found = document(capsys, "--model", "metric_drag", "--only", "eq:longitudinalforcing")
     assert code == 1
     assert {e["status"] for e in found["equations"]} == {"differs"}
+
+
+def test_a_rod_without_transformed_variables(capsys, source):
+    """g4 is not decided for it, and says why; the printed law of the drag is."""
+    law = r"\[ f_1 = -\gamma_1 v_1 \]"
+    code, found = document(capsys, "--model", "partial-follower", "--tex", source(RIGHT + law))
+    assert code == 0
+    g4, drag = found["equations"]
+    assert (g4["status"], drag["status"]) == ("not decided", "premise")
+    assert "no transformed variables" in g4["reason"]
+
+
+def test_a_law_that_is_no_polynomial(capsys):
+    code, found = document(capsys, "--model", "metric-drag", "--only", "eq:drag")
+    assert code == 0
+    reasons = {e["reason"] for e in found["equations"] if e["status"] == "not decided"}
+    assert reasons == {
+        "metric_drag: gamma1*v1*sqrt(h1**2 + h2**2) is no polynomial, and only those are compared"
+    }
+
+
+@pytest.mark.parametrize(
+    "command", [["verify"], ["derive", "--show", "g1"], ["export", "-", "--format", "c"]]
+)
+def test_a_rod_outside_the_theory_is_one_line(command, capsys, source):
+    text = """name = "coupled"
+title = "a rod that couples shear and bending"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2 + h2*Pi"
+drag = { v1 = "gamma1", v2 = "1", Omega = "gamma3" }
+load = [{ kind = "follower" }]
+"""
+    code = cli.run([*command, "--model", source(text, "coupled.toml")])
+    out, err = capsys.readouterr()
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "couples shear and bending" in err
+
+
+def test_control_characters_are_shown_escaped(capsys, source):
+    text = "\\begin{equation}\\label{eq:\x1b[31mred\x07}Y = H\\end{equation}"
+    path = source(text, "odd.tex")
+    for options in ([], ["--show", "eq:\x1b[31mred\x07"], ["--only", "eq:red"]):
+        _, out, err = run(capsys, "--tex", path, *options)
+        assert r"eq:\x1b[31mred\x07" in out + err
+        assert not {"\x1b", "\x07"} & set(out + err)
+
+
+def test_one_wrong_coefficient_takes_few_trials(monkeypatch, capsys, source):
+    """Of a row with integrals at most so many edits are tried: each takes tens of milliseconds."""
+    from derivation.paper import repair
+
+    tried = []
+    monkeypatch.setattr(repair, "TRIALS_OF_INTEGRALS", 5)
+    monkeypatch.setattr(repair, "holds", lambda equation, *_: bool(tried.append(equation)))
+    wrong = r"\[ \beta = \frac{\int_0^1 Y \mathrm{d}u}{\int_0^1 H \mathrm{d}u} \]"
+    assert run(capsys, "--tex", source(wrong))[0] == 1
+    assert 5 <= len(tried) <= 7  # and the missing term, on the right or in the numerator
 
 
 def test_the_chain_gives_the_coefficients():

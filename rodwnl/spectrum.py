@@ -269,6 +269,8 @@ def scan(
         return Samples(force, *route.leading(force, kept))
 
     seen = sampled(np.union1d(np.linspace(0.0, upper, FIRST_INTERVALS + 1), route.marks(upper)))
+    if _nearly_steady(seen)[0]:
+        raise ComputationError(undecided(0.0, 0j))
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []
     touches: set[float] = set()

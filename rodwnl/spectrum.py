@@ -32,6 +32,7 @@ KEPT_FOR_ALL = 30  # eigenvalues taken, at least, when all crossings are asked f
 MOST_KEPT = 110  # more cost seconds a force, and those of largest modulus meet and part too often
 MORE_KEPT = 4  # beyond those that hold all unstable ones
 CONVERGED, MOST_STEPS = 1e-10, 20  # of Newton's method: relative move from which only round-off is left
+NEUTRAL = 1e-12  # an eigenvalue at F = 0 relative to the next one, below which only rounding is left of it
 ROUNDING = 8  # rounding errors of a term of the determinant, in units of EPS
 BESIDE = 1e-3  # relative distance from a threshold at which unstable eigenvalues are counted
 EPS = float(np.finfo(float).eps)
@@ -241,6 +242,7 @@ def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Sampl
         return Samples(force, *route.leading(force, kept))
 
     seen = sampled(np.linspace(0.0, upper, FIRST_INTERVALS + 1))
+    _require_not_neutral(seen.eigenvalue[0])
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []
     while left.force.size and upper > 0:
@@ -254,6 +256,16 @@ def scan(route: Route, upper: float, all_crossings: bool = False) -> tuple[Sampl
         if too_narrow or (left.force.size and len(seen.force) > MOST_SAMPLES):
             raise ComputationError(_open(left))
     return seen, crossings
+
+
+def _require_not_neutral(unloaded: Complex) -> None:
+    """Where an eigenvalue is 0 to rounding at F = 0, its sign, from which all counts start, means nothing."""
+    least, following = np.sort(np.abs(unloaded))[:2]
+    if least < NEUTRAL * following:
+        raise ComputationError(
+            f"at F = 0 the straight rod is neither stable nor unstable: an eigenvalue is 0 to rounding "
+            f"({least:.1g}, the next {following:.3g}); change a parameter a little"
+        )
 
 
 def _kept_for_all(route: Route, upper: float) -> int:

@@ -270,7 +270,10 @@ def scan(
 
     seen = sampled(np.union1d(np.linspace(0.0, upper, FIRST_INTERVALS + 1), route.marks(upper)))
     if _nearly_steady(seen)[0]:
-        raise ComputationError(undecided(0.0, 0j))
+        raise ComputationError(
+            "at F = 0 the straight rod is neither stable nor unstable: an eigenvalue is 0 to rounding; change "
+            "a parameter a little"
+        )
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []
     touches: set[float] = set()
@@ -346,6 +349,9 @@ def _decide(
     here = middle.eigenvalue, middle.slope
     # The error of the cubic over the whole interval, at its midpoint, bounds those over the halves.
     error = np.abs(((before[0] + after[0]) / 2 + step / 4 * (before[1] - after[1]) - here[0]).real)
+    # Real all along, or of a pair all along: where two real ones become a pair there is no cubic.
+    sides = [np.sign(eigenvalue.imag) for eigenvalue, _ in (before, here, after)]
+    smooth = (sides[0] == sides[1]) & (sides[1] == sides[2])
 
     known, unstable = np.ones_like(error, dtype=bool), np.ones_like(error, dtype=bool)
     change, crossings = np.zeros(len(left.force)), []
@@ -354,7 +360,7 @@ def _decide(
         real, rise = half.real, np.diff(half.real, axis=0)
         above, below = np.all(real > error, axis=0), np.all(real < -error, axis=0)
         slow, fast = np.min(np.abs(rise), axis=0), np.max(np.abs(rise), axis=0)
-        even = np.all(rise * rise[0] > 0, axis=0) & (slow > error) & (slow > fast / 4)
+        even = smooth & np.all(rise * rise[0] > 0, axis=0) & (slow > error) & (slow > fast / 4)
         crosses = (real[0] < 0) != (real[3] < 0)
         known &= above | below | even
         unstable &= above

@@ -271,8 +271,8 @@ def scan(
     seen = sampled(np.union1d(np.linspace(0.0, upper, FIRST_INTERVALS + 1), route.marks(upper)))
     if _nearly_steady(seen)[0]:
         raise ComputationError(
-            "at F = 0 the straight rod is neither stable nor unstable: an eigenvalue is 0 to rounding; change "
-            "a parameter a little"
+            "at F = 0 the straight rod is neither stable nor unstable: an eigenvalue is 0 to rounding; "
+            "change a parameter a little"
         )
     left, right = seen[:-1], seen[1:]
     crossings: list[Crossing] = []

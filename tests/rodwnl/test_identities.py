@@ -7,7 +7,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rodwnl import kernels
 from rodwnl.closedform import adjoint_mode, coefficients, critical_mode, critical_state, second_order
 from rodwnl.exact import MpNumbers, exact_threshold
 from rodwnl.parameters import RodParameters
@@ -62,15 +61,12 @@ def test_another_size_and_phase_of_the_mode(rod, factor):
 
 def by_hand(state, mode, adjoint):
     """α and β of a mode in any normalisation."""
-    s, X = state, second_order(state, mode)
-    Psi, tip = (adjoint.Psi_Y, adjoint.Psi_Theta), mode.Theta.at_tip()
-    g1 = kernels.g1(mode.Y, mode.Theta, mode.Theta_u, mode.H, X.X2, X.P0, X.P2, s.lam, s.k1, s.k2, s.gamma1)
-    g2 = kernels.g2(s.exponents.u(mp.mpf(1)), mode.Theta_u, tip, s.lam, s.k1, s.k2)
-    g3 = kernels.g3(mode.Theta, mode.Theta_u, mode.H, X.P0, X.P2, s.k1, s.k2, s.force)
-    g4 = kernels.g4(mode.Theta, mode.H, tip, s.k1, s.k2, s.force)
-    norm = kernels.norm_integrand(*Psi, mode.Y, mode.Theta, s.gamma3).integral()
-    alpha = kernels.alpha_integrand(*Psi, g1, g3).integral() / norm
-    return alpha, kernels.beta_integrand(*Psi, g2, g4).integral() / norm
+    X, Psi = second_order(state, mode), {"Psi_Y": adjoint.Psi_Y, "Psi_Theta": adjoint.Psi_Theta}
+    known = mode.named() | {"X2": X.X2, "P0": X.P0, "P2": X.P2, "u": state.exponents.u(mp.mpf(1))}
+    g = {name: state(name, **known) for name in ("g1", "g2", "g3", "g4")}
+    norm = state("norm_integrand", **Psi, **mode.named()).integral()
+    alpha = state("alpha_integrand", **Psi, **g).integral() / norm
+    return alpha, state("beta_integrand", **Psi, **g).integral() / norm
 
 
 @few
@@ -80,11 +76,10 @@ def test_modes_of_different_eigenvalues_are_orthogonal(rod):
     state, found = state_of(rod)
     with mp.workdps(found.working_digits):
         mode, adjoint = critical_mode(state), adjoint_mode(state)
-        Psi = adjoint.Psi_Y, adjoint.Psi_Theta
-        own = kernels.norm_integrand(*Psi, mode.Y, mode.Theta, state.gamma3).integral()
-        other = kernels.norm_integrand(
-            *Psi, mode.Y.conjugate(), mode.Theta.conjugate(), state.gamma3
-        ).integral()
+        Psi = {"Psi_Y": adjoint.Psi_Y, "Psi_Theta": adjoint.Psi_Theta}
+        own = state("norm_integrand", **Psi, Y=mode.Y, Theta=mode.Theta).integral()
+        mirrored = {"Y": mode.Y.conjugate(), "Theta": mode.Theta.conjugate()}
+        other = state("norm_integrand", **Psi, **mirrored).integral()
         size = abs(mode.Y(mp.mpf(1) / 2)) * abs(adjoint.Psi_Y(mp.mpf(1) / 2)) + abs(own)
         assert abs(other) < TINY * size
         assert abs(own) > 0

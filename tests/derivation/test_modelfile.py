@@ -390,7 +390,7 @@ def test_the_page_for_new_users_is_true(tmp_path, monkeypatch, capsys):
         printed = capsys.readouterr().out
         for number in re.findall(r"\d+\.\d{6,}", text):
             assert number[:-4] in printed, number
-    assert ran == 6
+    assert ran == 7
     (program,) = [text for kind, text in blocks if kind == "python"]
     subprocess.run([sys.executable, "-c", program], check=True, capture_output=True)
     assert Path("my-rod/mine/landau.py").is_file()

@@ -138,8 +138,8 @@ def hopf_thresholds(
         growth, growth_force = _highest(route, seen, rounds=0 if counted or unloaded else 3)
     if not (counted or unloaded) and growth > 0:
         raise ComputationError(
-            f"at F = {growth_force:.10g} double precision gives an eigenvalue of real part {growth:.3g}, but no "
-            f"crossing of the imaginary axis below: one was missed; search a smaller range (max_force)"
+            f"at F = {growth_force:.10g} double precision gives an eigenvalue of real part {growth:.3g}, but "
+            f"no crossing of the imaginary axis below: one was missed; search a smaller range (max_force)"
         )
     return HopfSearch(
         rod, upper, cut,

@@ -136,6 +136,7 @@ def characteristic(given: Problem, lam: Any) -> Characteristic:
     odd = _minus(_times(S1, M2), _times(S2, M1))
     even = _minus(_times(S1_even, M2_even), _times(S2_even, M1_even))
     if odd is not ABSENT or even is not ABSENT:
+        odd, even = (r1 * 0 if part is ABSENT else part for part in (odd, even))  # a spring alone: no `even`
         same = q1 * (odd / r1 + even * r2) - q2 * (odd / r2 + even * r1)
         crossed = q1 * (even * r2 - odd / r1) + q2 * (even * r1 - odd / r2)
         scaled = scaled - same * (1 - square1 * square2) - crossed * (square1 - square2)

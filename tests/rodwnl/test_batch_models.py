@@ -33,6 +33,23 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 NUMBERS = ("force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope")
 
 
+SPRUNG = """
+name = "sprung"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
+[parameters]
+kappa = { default = "1" }
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+[[load]]
+kind = "spring"
+stiffness = "kappa"
+"""
+
+
 @pytest.fixture(scope="module")
 def tip_drag(tmp_path_factory):
     """A rod from a file: drag and a spring at its tip, so that its tip conditions mix even and odd shapes."""
@@ -91,6 +108,22 @@ def compare(model, values, least_windows):
 )
 def test_agrees_with_the_single_rod_route(model, own):
     compare(model, sample(8, 21, **own), least_windows=2)
+
+
+def test_a_spring_alone_at_the_tip(tmp_path, monkeypatch):
+    """Of the two terms that mix even and odd shapes it has one."""
+    monkeypatch.setenv("RODWNL_CACHE", str(tmp_path / "cache"))
+    file = tmp_path / "rod.toml"
+    file.write_text(SPRUNG)
+    model, kappa = emitted(str(file)), [-0.5, 5.0, 50.0]
+    found = landau_batch(200.0, 1e4, 1e-4, model=model, kappa=kappa)
+    assert found.status.tolist() == [Status.FOUND, Status.BUCKLES, Status.BUCKLES]
+    for i, k in enumerate(kappa):
+        search = hopf_thresholds(RodParameters("200", "1e4", "1e-4", model=model, kappa=k))
+        forces = found.force[i, : found.count[i]]
+        assert forces == pytest.approx([t.force for t in search], rel=1e-9)
+        if search.steady:
+            assert found.buckling_force[i] == pytest.approx(search.steady[0].force, rel=1e-9)
 
 
 def test_a_rod_from_a_file_agrees(tip_drag):

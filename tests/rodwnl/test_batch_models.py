@@ -33,23 +33,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 NUMBERS = ("force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope")
 
 
-SPRUNG = """
-name = "sprung"
-energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
-[parameters]
-kappa = { default = "1" }
-[drag]
-v1 = "gamma1"
-v2 = "1"
-Omega = "gamma3"
-[[load]]
-kind = "follower"
-[[load]]
-kind = "spring"
-stiffness = "kappa"
-"""
-
-
 @pytest.fixture(scope="module")
 def tip_drag(tmp_path_factory):
     """A rod from a file: drag and a spring at its tip, so that its tip conditions mix even and odd shapes."""
@@ -110,16 +93,14 @@ def test_agrees_with_the_single_rod_route(model, own):
     compare(model, sample(8, 21, **own), least_windows=2)
 
 
-def test_a_spring_alone_at_the_tip(tmp_path, monkeypatch):
+def test_a_spring_alone_at_the_tip(sprung):
     """Of the two terms that mix even and odd shapes it has one."""
-    monkeypatch.setenv("RODWNL_CACHE", str(tmp_path / "cache"))
-    file = tmp_path / "rod.toml"
-    file.write_text(SPRUNG)
-    model, kappa = emitted(str(file)), [-0.5, 5.0, 50.0]
-    found = landau_batch(200.0, 1e4, 1e-4, model=model, kappa=kappa)
+    kappa = [-0.5, 5.0, 50.0]
+    rods = [sprung(("200", "1e4", "1e-4"), k) for k in kappa]
+    found = landau_batch(200.0, 1e4, 1e-4, model=rods[0].model, kappa=kappa)
     assert found.status.tolist() == [Status.FOUND, Status.BUCKLES, Status.BUCKLES]
-    for i, k in enumerate(kappa):
-        search = hopf_thresholds(RodParameters("200", "1e4", "1e-4", model=model, kappa=k))
+    for i, rod in enumerate(rods):
+        search = hopf_thresholds(rod)
         forces = found.force[i, : found.count[i]]
         assert forces == pytest.approx([t.force for t in search], rel=1e-9)
         if search.steady:

@@ -11,7 +11,6 @@ from rodwnl import cli, expansion, report, thresholds
 from rodwnl.coefficients import landau, landau_at
 from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, static_sign, stepped, unstable_count
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.quadrature import gauss_legendre
@@ -100,39 +99,6 @@ def test_buckling_has_a_closed_form(chi, values):
     assert first.steady
     assert (first.omega, first.unstable_below, first.unstable_above) == (0, 0, 1)
     assert first.crossing == "destabilizing"
-
-
-SPRING = """
-name = "sprung"
-title = "follower load, with a spring that holds the tip's angle or pushes it"
-energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2"
-
-[parameters]
-kappa = { default = "1", meaning = "stiffness of the spring" }
-
-[drag]
-v1 = "gamma1"
-v2 = "1"
-Omega = "gamma3"
-
-[[load]]
-kind = "follower"
-
-[[load]]
-kind = "spring"
-stiffness = "kappa"
-"""
-
-
-@pytest.fixture(scope="module")
-def sprung(tmp_path_factory):
-    """The plain rod with a spring of this stiffness at its tip."""
-    folder = tmp_path_factory.mktemp("sprung")
-    (folder / "rod.toml").write_text(SPRING)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("RODWNL_CACHE", str(folder / "cache"))
-        model = emitted(str(folder / "rod.toml"))
-    return lambda values, kappa: RodParameters(*values, model=model, kappa=kappa)
 
 
 def buckling_of_a_sprung_rod(rod, upper):

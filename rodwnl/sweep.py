@@ -250,12 +250,17 @@ def _to_netcdf(plan: Plan) -> None:
             variable.attrs.update(_attributes_of(name))
             if grid.dims == ("rod",):
                 variable.attrs["coordinates"] = " ".join(grid.values)
-        failures: list[tuple[str, str]] = []
-        for block, values in _loaded(plan):
-            for name in VARIABLES:
-                file[name][block.slices] = values[name]
-            failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
-        file.attrs["failures"] = json.dumps(dict(failures))
+        file.attrs["failures"] = _fill(file, plan)
+
+
+def _fill(target: Any, plan: Plan) -> str:
+    """Write all blocks into the variables of an open file; returns the first reasons of failures, as JSON."""
+    failures: list[tuple[str, str]] = []
+    for block, values in _loaded(plan):
+        for name in VARIABLES:
+            target[name][block.slices] = values[name]
+        failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
+    return json.dumps(dict(failures))
 
 
 def _to_zarr(plan: Plan) -> None:
@@ -277,11 +282,6 @@ def _to_zarr(plan: Plan) -> None:
         array.attrs.update(plain | {"_ARRAY_DIMENSIONS": [*grid.dims, *(["threshold"] if own else [])]})
         if grid.dims == ("rod",):
             array.attrs["coordinates"] = " ".join(grid.values)
-    failures: list[tuple[str, str]] = []
-    for block, values in _loaded(plan):
-        for name in VARIABLES:
-            root[name][block.slices] = values[name]
-        failures += islice(_failures(plan, block, values), MOST_REASONS - len(failures))
-    root.attrs.update(_title(plan) | {"failures": json.dumps(dict(failures))})
+    root.attrs.update(_title(plan) | {"failures": _fill(root, plan)})
     zarr.consolidate_metadata(temporary)
     temporary.rename(plan.out)

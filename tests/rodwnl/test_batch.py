@@ -12,7 +12,7 @@ from rodwnl.errors import InputError
 from rodwnl.inverse import leading_eigenvalues, unstable_count
 from rodwnl.quadrature import gauss_legendre
 
-NUMBERS = ("force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope")
+from .agreement import NUMBERS, assert_same_numbers
 
 
 def rods(count, seed, top=6.0):
@@ -48,15 +48,7 @@ def test_agrees_with_the_single_rod_route(sample):
         expected = landau(RodParameters(*parameters))
         assert found.count[i] == len(expected), parameters
         assert found.status[i] == (Status.FOUND if len(expected) else Status.NONE) or found.status[i] == 2
-        for j, c in enumerate(expected):
-            # beyond 1e-9 only where the single rod's own error estimate is larger
-            tolerance = max(1e-9, c.alpha_error / abs(c.alpha), c.A_tip2_slope_error / abs(c.A_tip2_slope))
-            for name in NUMBERS:
-                assert getattr(found, name)[i, j] == pytest.approx(getattr(c, name), rel=tolerance), (
-                    name,
-                    parameters,
-                )
-            assert (found.crossing[i, j] > 0) == (c.crossing == "destabilizing")
+        assert_same_numbers(found, i, expected, parameters)
 
 
 def test_paper_rods():

@@ -1,6 +1,8 @@
 """Settings for all tests."""
 
+import importlib
 import os
+import pkgutil
 import signal
 
 import hypothesis
@@ -11,6 +13,13 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 # A run in the background ignores Ctrl-C, and so would the commands that the tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Commands import what they use when they run. A module that is first imported while a test has replaced a
+# name elsewhere would keep the replacement for the tests after it: all modules are imported before any test.
+for package in map(importlib.import_module, ("rodwnl", "derivation")):
+    for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        if not found.name.endswith("__main__"):
+            importlib.import_module(found.name)
 
 # A loaded machine is not a defect: no time limit for one example.
 hypothesis.settings.register_profile("project", deadline=None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +26,8 @@ def require_format(path: Path) -> None:
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"cannot film to {path.name!r}: its name must end in {' or '.join(FORMATS)}")
     require("matplotlib", "figures")
-    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
-        raise InputError(f"cannot film to {path.name!r}: the program ffmpeg is not installed; use .gif")
+    if path.suffix.lower() == ".mp4":
+        require("imageio_ffmpeg", "film")
 
 
 def film(run: Simulation, path: Path) -> None:
@@ -44,10 +43,15 @@ def film(run: Simulation, path: Path) -> None:
         update = _scene(run, axes)
         frames = range(max(0, run.frame_time.size - SHOWN), run.frame_time.size)
         moving = animation.FuncAnimation(figure, update, frames=frames, blit=False)
-        kind = animation.PillowWriter if path.suffix.lower() == ".gif" else animation.FFMpegWriter
+        writer: animation.AbstractMovieWriter = animation.PillowWriter(fps=FRAMES_PER_SECOND)
+        if path.suffix.lower() == ".mp4":
+            from imageio_ffmpeg import get_ffmpeg_exe
+
+            matplotlib.rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
+            writer = animation.FFMpegWriter(fps=FRAMES_PER_SECOND)
         try:
             with replacing(path) as temporary:
-                moving.save(temporary, writer=kind(fps=FRAMES_PER_SECOND), dpi=110)
+                moving.save(temporary, writer=writer, dpi=110)
         finally:
             pyplot.close(figure)
 

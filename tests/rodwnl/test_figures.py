@@ -1,6 +1,8 @@
 """Figures: what they show is what was computed, and what stands on the disk is whole."""
 
 import csv
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -194,11 +196,24 @@ def test_a_film_shows_the_last_beats(beating, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["rod.gif"]
 
 
+def test_a_film_as_mp4_has_the_same_frames(beating, tmp_path, monkeypatch):
+    from imageio_ffmpeg import get_ffmpeg_exe
+
+    monkeypatch.setattr("rodwnl.animation.SHOWN", 6)
+    film(beating, tmp_path / "rod.mp4")
+    command = [get_ffmpeg_exe(), "-i", str(tmp_path / "rod.mp4"), "-f", "framehash", "-"]
+    read = subprocess.run(command, capture_output=True, text=True, check=True)
+    frames = [line.split(",")[-1] for line in read.stdout.splitlines() if not line.startswith("#")]
+    assert len(frames) == len(set(frames)) == 6
+    assert "Video: h264" in read.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["rod.mp4"]
+
+
 def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"must end in \.gif or \.mp4"):
         film(beating, tmp_path / "rod.avi")
-    monkeypatch.setattr("shutil.which", lambda name: None)
-    with pytest.raises(InputError, match="ffmpeg is not installed"):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(InputError, match=r"pip install 'rodwnl\[film\]'"):
         film(beating, tmp_path / "rod.mp4")
 
 

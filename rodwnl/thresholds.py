@@ -27,7 +27,8 @@ from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import Complex, Real
 from rodwnl.parameters import RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
-from rodwnl.spectrum import CONVERGED, MOST_STEPS, HopfThreshold, undecided
+from rodwnl.scan import undecided
+from rodwnl.spectrum import CONVERGED, MOST_STEPS, HopfThreshold
 from rodwnl.straightrod import straight_rod
 from rodwnl.uniformrod import is_uniform
 

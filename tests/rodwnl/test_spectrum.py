@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from rodwnl import ComputationError, InputError, RodParameters, hopf_thresholds, spectrum
+from rodwnl import ComputationError, InputError, RodParameters, hopf_thresholds, scan, spectrum
 from rodwnl.balls import BallNumbers, flint, working_bits
 from rodwnl.exact import refine_threshold
 from rodwnl.halfplane import count_right_of, unstable_region
@@ -64,7 +64,7 @@ def test_the_width_of_the_window_closes_like_a_square_root():
 
 
 def test_a_window_too_narrow_to_resolve_is_reported_and_not_passed_over(monkeypatch):
-    monkeypatch.setattr(spectrum, "NARROWEST", 1e-4)  # the window is 3e-6 of the range
+    monkeypatch.setattr(scan, "NARROWEST", 1e-4)  # the window is 3e-6 of the range
     with pytest.raises(ComputationError, match=r"near F = 75\.\d+ double precision cannot tell"):
         hopf_thresholds(RodParameters("147.9215196849", 10000, "1e-4"))
 
@@ -179,7 +179,7 @@ def test_between_the_crossings_of_a_soft_rod_the_proved_counts_are_those_seen(k1
 
 
 def test_more_unstable_eigenvalues_than_can_be_followed_are_reported(monkeypatch):
-    monkeypatch.setattr(spectrum, "MOST_KEPT", 60)
+    monkeypatch.setattr(scan, "MOST_KEPT", 60)
     rod = RodParameters(1000, 5, "1e-4")
     with pytest.raises(
         ComputationError, match=r"at F = 400 the rod has 56 unstable eigenvalues, and only 2\d"
@@ -199,10 +199,8 @@ def test_shear_waves_too_short_for_the_operator_are_refused():
 
 
 def test_a_crossing_that_the_scan_did_not_see_is_reported(monkeypatch):
-    scan = spectrum.scan
-
     def forgetful(*arguments):
-        samples, crossings, touches = scan(*arguments)
+        samples, crossings, touches = scan.scan(*arguments)
         return samples, sorted(crossings)[1:], touches
 
     monkeypatch.setattr(spectrum, "scan", forgetful)

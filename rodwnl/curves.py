@@ -43,10 +43,7 @@ FLAT = 1e-4  # stretch at which a curve ends
 AT_REST = 1e-4  # frequency, of that at the start, at which a curve ends: there a real eigenvalue would cross
 DIFFERENCE = 1e-5  # relative, for derivatives of α and β by the unknowns: good to its square
 BESIDE = 1e-7  # relative distance in force at which other unstable pairs are counted
-PLACED, PLACED_ROUGHLY = (
-    1e-12,
-    1e-9,
-)  # how exactly special points are placed; by Newton's method, its last step
+PLACED, PLACED_ROUGHLY = 1e-12, 1e-9  # how exactly special points are placed: Newton's last step
 MOST_STEPS = 20
 APART = 1e-3  # of ω: eigenvalues closer than this to the critical one are it
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass
 
 import mpmath as mp
 
-from rodwnl.balls import flint
+from rodwnl.balls import flint, relative_accuracy, working_bits
 from rodwnl.errors import ComputationError
-from rodwnl.exact import refine_threshold
+from rodwnl.exact import GUARD, refine_threshold
 from rodwnl.fields import Scalar
 from rodwnl.halfplane import characteristic
 from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import RodParameters
+from rodwnl.steady import steady_force
 
 WIDEST, NARROWEST = 4, 80  # the uniqueness box has relative half-widths 2^−4, 2^−5, …
 TIGHT = (5, 10)  # digits by which the enclosing box is wider than the working precision
@@ -80,6 +81,27 @@ def steady_box(rod: RodParameters, force: float) -> DecimalBox:
         if slope.is_finite() and not slope.real.contains(0) and ends[0] * ends[1] < 0:
             return box
     raise ComputationError(f"not proved: one and only one steady crossing near force {force!r}")
+
+
+def steady_enclosure(rod: RodParameters, force: float, digits: int, unique_in: Box) -> Scalar:
+    """The steady crossing of `unique_in` in a ball of `digits` digits: an interval Newton step for D(0, F).
+
+    X contains m − D(0, m)/D_F(X), which then contains a zero. Raises ComputationError where it does not, or
+    that ball is wider than asked for.
+    """
+    f = flint()
+    working = digits + GUARD
+    text = mp.nstr(steady_force(rod, force, working), working)
+    with working_bits(int(3.33 * working) + 16):
+        X = f.arb(text, abs(f.arb(text)) * f.arb(10) ** (TIGHT[0] - working))
+        D = characteristic(linear_rod(rod, X.mid()), f.acb(0)).whole.real
+        slope, _ = derivatives(rod, Box(X, f.arb(0)))
+        inner = X.mid() - D / slope.real
+        if not (X.contains_interior(inner) and unique_in.force.contains(inner)):
+            raise ComputationError(f"not proved: an enclosure of the steady crossing near force {force!r}")
+        if relative_accuracy(inner) < digits + 1:
+            raise ComputationError(f"not proved: {digits} digits of the steady crossing near force {force!r}")
+        return inner
 
 
 def tight_box(rod: RodParameters, force: float, omega: float, digits: int, unique_in: Box) -> Box:

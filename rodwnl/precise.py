@@ -156,7 +156,7 @@ def print_certified(
 ) -> None:
     """Print the named numbers of every threshold as balls of so many digits, and what was proved of it."""
     from rodwnl.certified import COUNT_BITS, certify_threshold
-    from rodwnl.isolation import steady_box
+    from rodwnl.isolation import steady_box, steady_enclosure
 
     def ball_text(x: Any) -> str:
         return "{mid} ± {rad}".format(**enclosure(x, digits))
@@ -164,19 +164,26 @@ def print_certified(
     found = [certify_threshold(search.rod, t.force, t.omega, digits) for t in search]
     statement = _completeness(search) if complete else {}
     with working_bits(COUNT_BITS):
-        steady = [steady_box(search.rod, t.force) for t in search.steady]
+        boxes = [steady_box(search.rod, t.force) for t in search.steady]
+        steady = [
+            steady_enclosure(search.rod, t.force, digits, box.balls)
+            for t, box in zip(search.steady, boxes, strict=True)
+        ]
     with working_bits(4 * digits + 64):
         if json:
             whole = document(search, [certified_entry(t, names) for t in found])
-            for entry, box in zip(whole.get("steady", []), steady, strict=True):
+            for entry, force, box in zip(whole.get("steady", []), steady, boxes, strict=True):
+                crossing = entry["crossing"]
+                entry.clear()
+                entry |= {"force": enclosure(force, digits), "omega": "0", "crossing": crossing}
                 entry["unique_in"] = {"force": dict(zip(("mid", "rad"), box.force, strict=True))}
             print_json(whole | {"certified": True} | statement)
             return
         print("\n".join(sentences(search)))
-        for box in steady:
-            forces = " +/- ".join(box.force)
-            print(f"Proved, dimensionless: for force in {forces} there is one and only one at which an")
-            print("eigenvalue is 0. More is not proved of a steady crossing.")
+        for force, box in zip(steady, boxes, strict=True):
+            print(f"The steady crossing, dimensionless: force = {ball_text(force)}.")
+            print(f"Proved: it is the only force in {' +/- '.join(box.force)} at which an eigenvalue is 0.")
+            print("More is not proved of a steady crossing.")
         for number, t in enumerate(found, 1):
             print_table(["threshold", str(number)], _rows(search, t, names, ball_text))
             print("Proved of it, in dimensionless numbers:")

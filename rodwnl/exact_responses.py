@@ -12,7 +12,6 @@ problem.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,14 +22,14 @@ from rodwnl.closedform import (
     adjoint_mode,
     critical_mode,
     critical_state,
-    determinant,
     squared_exponents,
 )
+from rodwnl.closedresponses import ClosedResponses, cramer
 from rodwnl.errors import ComputationError
 from rodwnl.exact import GUARD, MpNumbers, checked_digits, refine_threshold
-from rodwnl.fields import Exponents, Field, Key, Scalar, two_point
+from rodwnl.fields import Exponents, Field, Key, Scalar
 from rodwnl.parameters import RodParameters
-from rodwnl.responses import HIGHEST, Index, Pool, derived_from, terms
+from rodwnl.responses import HIGHEST, Pool, derived_from, terms
 from rodwnl.uniformrod import require_uniform
 
 Pair = tuple[Scalar, Scalar]
@@ -99,29 +98,24 @@ def _evaluate(
         )  # fmt: skip
 
 
-class _ExactResponses:
+class _ExactResponses(ClosedResponses):
     """Solves response after response; what is known is kept by name, as fields and as values at the tip."""
 
     def __init__(self, rod: RodParameters, force: Scalar, omega: Scalar) -> None:
         numbers = MpNumbers()
-        self.straight = straight = critical_state(rod, force, omega, numbers).straight
-        self.lam = lam = mp.mpc(0, omega)
-        self.y_row, self.theta_row = straight("y_row"), straight("theta_row")
-        self.drag = straight("drag_weights")
+        straight = critical_state(rod, force, omega, numbers).straight
+        lam = mp.mpc(0, omega)
         # Exponents of the homogeneous problems: (Y, Theta) at λ and 3λ, X at 2λ and 4λ.
-        axial = (h * lam * self.drag[0] / straight("stretch_stiffness") for h in (2, 4))
+        axial = (h * lam * straight("drag_weights")[0] / straight("stretch_stiffness") for h in (2, 4))
         squares = [*squared_exponents(straight, lam, numbers), *axial]
         squares += squared_exponents(straight, 3 * lam, numbers)
-        self.exponents = Exponents([mp.sqrt(z) for z in squares], numbers)
+        super().__init__(straight, lam, Exponents([mp.sqrt(z) for z in squares], numbers))
         self.transverse_keys = {1: (0, 1), 3: (4, 5)}
         self.longitudinal_keys = {0: self.exponents.zero, 2: self.exponents.key(2), 4: self.exponents.key(3)}
         state = CriticalState(numbers, straight, omega, self.exponents)
         mode, self.adjoint = critical_mode(state), adjoint_mode(state)
-        self.known: Pool = {"lam": lam}
-        self.fields: Pool = {"u": self.exponents.u(mp.mpf(1))}
-        self.at_tip: Pool = {"u": mp.mpf(1)}
-        self._keep("Y", mode.Y)
-        self._keep("Theta", mode.Theta)
+        self.keep("Y", mode.Y)
+        self.keep("Theta", mode.Theta)
         self.norm = self._norm(mode.named())
 
     def _norm(self, mode: Pool) -> Scalar:
@@ -136,79 +130,49 @@ class _ExactResponses:
             p, q, _ = index
             digits = "".join(map(str, index))
             if (p + q) % 2 == 0:
-                self._longitudinal(index, f"X{digits}")
+                self.longitudinal(f"X{digits}", (p - q) * self.lam, self.longitudinal_keys[p - q])
                 continue
             names = (f"Y{digits}", f"Theta{digits}")
-            forcing = tuple(self._call(f"{names[0]}_forcing", self.fields))
-            traction = tuple(self._call(f"{names[0]}_traction", self.at_tip))
+            forcing = tuple(self.call(f"{names[0]}_forcing", self.fields))
+            traction = tuple(self.call(f"{names[0]}_traction", self.at_tip))
             if p == q + 1:
                 c = self._solvability(forcing, traction)
                 coefficients[f"c{digits}"] = self.known[f"c{digits}"] = c
                 mode = (self.fields["Y"], self.fields["Theta"])
                 forcing = tuple(f - c * w * m for f, w, m in zip(forcing, self.drag[1:], mode, strict=True))
-                traction = tuple(t - c * s for t, s in zip(traction, self._tip_drag(), strict=True))
+                traction = tuple(t - c * s for t, s in zip(traction, self.tip_drag(), strict=True))
             if sum(index) + index[2] < HIGHEST:
                 for name, field in zip(names, self._transverse(p - q, forcing, traction), strict=True):
-                    self._keep(name, field)
+                    self.keep(name, field)
         return coefficients
-
-    def _call(self, name: str, pool: Pool) -> Any:
-        return self.straight(name, **self.known, **pool)
-
-    def _keep(self, name: str, field: Field) -> None:
-        slope = field.derivative()
-        self.fields |= {name: field, f"{name}_u": slope, f"{name}_uu": slope.derivative()}
-        self.at_tip |= {name: field.at_tip(), f"{name}_u": slope.at_tip()}
-
-    def _longitudinal(self, index: Index, name: str) -> None:
-        """hλΓ X − K1 X'' = f, X(0) = 0, S X(1) + S_u X'(1) = t."""
-        forcing = self._call(f"{name}_forcing", self.fields)
-        traction = self._call(f"{name}_traction", self.at_tip)
-        harmonic = index[0] - index[1]
-        S, S_u = self.straight("x_tip_row", lam=harmonic * self.lam)
-        field = self._field(forcing) / (-self.straight("stretch_stiffness"))
-        self._keep(name, two_point(field, self.longitudinal_keys[harmonic], traction / S_u, S / S_u))
-
-    def _tip_rows(self, lam: Scalar) -> list[tuple[Scalar, ...]]:
-        """What multiplies (Y, Y', Θ, Θ')(1) in the stresses minus load."""
-        return [self.straight(f"{name}_tip_row", lam=lam) for name in ("y", "theta")]
-
-    def _tip_drag(self) -> list[Scalar]:
-        """What a load with drag adds where dA/dT acts: the part of the tip rows with λ, on the mode."""
-        mode = [self.at_tip[name] for name in ("Y", "Y_u", "Theta", "Theta_u")]
-        rows = zip(self._tip_rows(mp.mpc(0)), self._tip_rows(mp.mpc(1)), strict=True)
-        return [sum((b - a) * m for a, b, m in zip(*pair, mode, strict=True)) for pair in rows]
-
-    def _field(self, value: Field | Scalar) -> Field:
-        return (
-            value
-            if isinstance(value, Field)
-            else self.exponents.field({self.exponents.zero: (mp.mpc(value),)})
-        )
 
     def _solvability(self, forcing: tuple[Any, ...], traction: tuple[Any, ...]) -> Scalar:
         """c = (∫ Ψ†f du + Ψ†t(1)) / ∫ Ψ†Γ(Y, Θ) du."""
         psi = (self.adjoint.Psi_Y, self.adjoint.Psi_Theta)
-        bulk = sum((p.conjugate() * self._field(f)).integral() for p, f in zip(psi, forcing, strict=True))
+        bulk = sum(
+            (p.conjugate() * self.exponents.promoted(f)).integral() for p, f in zip(psi, forcing, strict=True)
+        )
         tip = sum(p.at_tip().conjugate() * t for p, t in zip(psi, traction, strict=True))
         return (bulk + tip) / self.norm
 
     def _transverse(self, harmonic: int, forcing: tuple[Any, ...], traction: tuple[Any, ...]) -> list[Field]:
         """(λΓ − M) V = f, V(0) = 0, S V = t; where it is resonant with Y(1) = 0 for one of the conditions."""
         lam = harmonic * self.lam
-        Y, Theta = self._particular(lam, harmonic, self._field(forcing[0]), self._field(forcing[1]))
+        Y, Theta = self._particular(
+            lam, harmonic, self.exponents.promoted(forcing[0]), self.exponents.promoted(forcing[1])
+        )
         keys = [self.exponents.key(g, sign) for g in self.transverse_keys[harmonic] for sign in (1, -1)]
         columns = [self._boundary_column(key, lam) for key in keys]
         tip = [f.at_tip() for f in (Y, Y.derivative(), Theta, Theta.derivative())]
         right = [-Y.at_start(), -Theta.at_start()]
-        for row, t in zip(self._tip_rows(lam), traction, strict=True):
+        for row, t in zip(self.tip_rows(lam), traction, strict=True):
             right.append(t - sum(c * value for c, value in zip(row, tip, strict=True)))
         if harmonic == 1:
             # The four conditions are dependent; the last one is replaced by the gauge Y(1) = 0.
             for column, key in zip(columns, keys, strict=True):
                 column[3] = mp.exp(self.exponents.value(key))
             right[3] = -tip[0]
-        amplitudes = _cramer([list(row) for row in zip(*columns, strict=True)], right)
+        amplitudes = cramer([list(row) for row in zip(*columns, strict=True)], right)
         for key, b in zip(keys, amplitudes, strict=True):
             ratio, _ = self.straight("mode_amplitudes", r=self.exponents.value(key), lam=lam)
             Y = Y + self.exponents.field({key: (b,)})
@@ -288,12 +252,3 @@ class _ExactResponses:
                 y, t = c * v[0], t + c * v[1]
             Q[k] = (y, t)
         return [Q[k] for k in range(len(rows) + 1)]
-
-
-def _cramer(rows: list[list[Scalar]], right: Iterable[Scalar]) -> list[Scalar]:
-    """The solution of a small linear system whose entries may differ by any factor."""
-    whole, right = determinant(rows), list(right)
-    return [
-        determinant([[*row[:j], b, *row[j + 1 :]] for row, b in zip(rows, right, strict=True)]) / whole
-        for j in range(len(rows))
-    ]

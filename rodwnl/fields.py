@@ -226,7 +226,7 @@ def two_point(forcing: Field, root: Key, slope: Scalar, spring: Scalar = 0) -> F
     cosh s + spring sinh(s)/s = 0.
     """
     exponents = forcing.exponents
-    X = _particular(forcing, root)
+    X = particular(forcing, root)
     start, slope = X.at_start(), slope - X.derivative().at_tip() - spring * X.at_tip()
     if root == exponents.zero:
         return X + exponents.field({root: (-start, (slope + spring * start) / (1 + spring))})
@@ -242,7 +242,7 @@ def two_point(forcing: Field, root: Key, slope: Scalar, spring: Scalar = 0) -> F
     )
 
 
-def _particular(forcing: Field, root: Key) -> Field:
+def particular(forcing: Field, root: Key) -> Field:
     """Some X with X'' − s²X = forcing: for a term P e^{au} it is Q e^{au} with Q'' + 2aQ' + (a² − s²)Q = P.
 
     Solved from the highest power down. At a resonance, a = ±s, the factor of Q vanishes and Q has one degree

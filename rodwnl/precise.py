@@ -14,8 +14,10 @@ import mpmath as mp
 from rodwnl.balls import enclosure, flint, working_bits
 from rodwnl.dialects import CONVENTIONS, Converted, convert
 from rodwnl.errors import InputError
-from rodwnl.exact import ExactThreshold, digits_text, exact_threshold
+from rodwnl.exact import GUARD, ExactThreshold, digits_text, exact_threshold
+from rodwnl.exact_pitchfork import ExactPitchfork, exact_pitchfork
 from rodwnl.exact_responses import exact_amplitude_equation
+from rodwnl.fields import Scalar
 from rodwnl.order_report import exact_order_entry, print_exact_order
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text
@@ -31,6 +33,7 @@ Dialect = tuple[str, int | None]  # a convention's name and the number of interv
 
 DEFAULT_DIGITS = 15
 NUMBERS_OF_HOPF = ("force", "omega")
+NUMBERS_OF_PITCHFORK = ("force", "alpha", "beta", "y_tip2_slope")
 NUMBERS_OF_LANDAU = (*NUMBERS_OF_HOPF, "alpha", "beta", "A_tip2_slope", "omega_slope")
 
 
@@ -80,7 +83,10 @@ def print_exact(
     found = [exact_threshold(search.rod, t.force, t.omega, digits) for t in search]
     beyond = [exact_amplitude_equation(search.rod, t.force, t.omega, digits) for t in search if fifth]
     converted = [convert(search.rod, t, *dialect) if dialect else None for t in found]
-    steady = [steady_force(search.rod, t.force, digits) for t in search.steady]
+    buckled = "alpha" in names
+    steady = [
+        (exact_pitchfork if buckled else steady_force)(search.rod, t.force, digits) for t in search.steady
+    ]
     if json:
         entries = [
             exact_entry(t, names) | _dialect_entry(c, digits) for t, c in zip(found, converted, strict=True)
@@ -88,19 +94,15 @@ def print_exact(
         for entry, equation in zip(entries, beyond, strict=False):
             entry |= exact_order_entry(equation)
         whole = document(search, entries)
-        for entry, force in zip(whole.get("steady", []), steady, strict=True):
+        for entry, found_ in zip(whole.get("steady", []), steady, strict=True):
             crossing = entry["crossing"]
             entry.clear()
-            entry |= {
-                "force": digits_text(force, digits),
-                "omega": "0",
-                "crossing": crossing,
-                "digits": digits,
-            }
+            entry |= _steady_entry(found_, digits) | {"omega": "0", "crossing": crossing, "digits": digits}
         print_json(whole)
         return
     print("\n".join(sentences(search)))
-    _print_steady(search.rod, steady, digits, coefficients="alpha" in names)
+    for number, crossing in enumerate(steady, 1):
+        _print_steady(search.rod, number, crossing, digits)
     for number, (t, c) in enumerate(zip(found, converted, strict=True), 1):
         with mp.workdps(t.working_digits):
             rows = _rows(search, t, names, lambda x: digits_text(x, digits))
@@ -113,15 +115,33 @@ def print_exact(
         print(f"{dialect[0]}: {CONVENTIONS[dialect[0]].equation}; dimensionless numbers.")
 
 
-def _print_steady(rod: RodParameters, forces: Sequence[Any], digits: int, *, coefficients: bool) -> None:
-    """The forces of the steady crossings, and what is not evaluated of them."""
-    factor = exact_scale(rod, "force")
-    for force in forces:
-        with mp.workdps(2 * digits):
-            text = digits_text(force * factor.numerator / factor.denominator, digits)
-        print(f"The steady crossing to {digits} digits: {heading(rod, 'force')} = {text}.")
-    if forces and coefficients:
-        print("Its amplitude equation is evaluated in double precision alone: leave out --digits.")
+def _steady_numbers(found: ExactPitchfork | Scalar) -> dict[str, Scalar]:
+    """The numbers of a steady crossing, or its force alone."""
+    if isinstance(found, ExactPitchfork):
+        return {name: getattr(found, name) for name in NUMBERS_OF_PITCHFORK}
+    return {"force": found}
+
+
+def _steady_entry(found: ExactPitchfork | Scalar, digits: int) -> dict[str, str]:
+    """A steady crossing in JSON: texts of so many digits."""
+    with mp.workdps(digits + GUARD):
+        entry = {name: digits_text(x, digits) for name, x in _steady_numbers(found).items()}
+    return entry | ({"criticality": found.criticality} if isinstance(found, ExactPitchfork) else {})
+
+
+def _print_steady(rod: RodParameters, number: int, found: ExactPitchfork | Scalar, digits: int) -> None:
+    """The force of a steady crossing, and its amplitude equation where it was asked for."""
+    with mp.workdps(digits + GUARD):
+        texts = {}
+        for name, x in _steady_numbers(found).items():
+            factor = exact_scale(rod, name)
+            texts[heading(rod, name)] = digits_text(x * factor.numerator / factor.denominator, digits)
+    if not isinstance(found, ExactPitchfork):
+        print(f"The steady crossing to {digits} digits: {' = '.join(*texts.items())}.")
+        return
+    print("There da/dt = beta d a + alpha a³ with a the tip's displacement.")
+    verdicts = [["crossing", found.crossing], ["criticality", found.criticality]]
+    print_table(["steady crossing", str(number)], [*verdicts, *map(list, texts.items())])
 
 
 def _dialect_rows(converted: Converted | None, digits: int) -> list[list[str]]:

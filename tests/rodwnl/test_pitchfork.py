@@ -2,6 +2,7 @@
 
 import json
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -9,6 +10,7 @@ from scipy.optimize import brentq
 
 from rodwnl import InputError, RodParameters, cli, simulate
 from rodwnl.collocated import leading_eigenvalues
+from rodwnl.exact_pitchfork import exact_pitchfork
 from rodwnl.predictions import buckled_at, predict_buckled
 from rodwnl.responses import Pitchfork, amplitude_equation, pitchfork
 from rodwnl.spectrum import HopfThreshold
@@ -67,6 +69,48 @@ def test_buckled_states_are_computed_equilibria(rod):
     assert 2 * measured[0] - measured[1] == pytest.approx(form.y_tip2_slope, rel=2e-5)
     assert form.criticality == "supercritical"
     assert form.beta == pytest.approx(threshold.slope.real, rel=1e-9)
+
+
+def test_of_a_stiff_rod_the_digits_are_those_of_the_elastica():
+    # Tip angle t: F/F_c = 1 + t²/8, y(1) = 2t/π, F_c = π²/4 (Timoshenko & Gere, Elastic Stability, 2.7).
+    found = exact_pitchfork(dead("1e30", "1e30"), 2.4674, 25)
+    with mp.workdps(30):
+        assert abs(found.force / (mp.pi**2 / 4) - 1) < mp.mpf(10) ** -24
+        assert abs(found.y_tip2_slope / (128 / mp.pi**4) - 1) < mp.mpf(10) ** -24
+
+
+@pytest.mark.parametrize("rod", [dead("60", "25"), dead("30", "400", "0.1")], ids=repr)
+def test_digits_are_those_of_double_precision_and_of_more_digits(rod):
+    threshold = buckling(rod)
+    form, *exact = pitchfork(rod, threshold), *(exact_pitchfork(rod, threshold.force, n) for n in (20, 40))
+    for name in ("alpha", "beta", "y_tip2_slope"):
+        short, long = (getattr(found, name) for found in exact)
+        assert mp.nstr(short, 20) == mp.nstr(long, 20)
+        assert getattr(form, name) == pytest.approx(float(long), rel=1e-10)
+
+
+def test_digits_of_a_rod_with_all_kinds_of_tip_loads(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(
+        """name = "tipped"
+        energy = "k1*(h1 - 1)^2/2 + 30*k1*(h1 - 1)^4 + k2*h2^2/2 + Pi^2/2 + 5*Pi^4"
+        drag = { v1 = "gamma1*sqrt(h1^2 + h2^2)", v2 = "sqrt(h1^2 + h2^2)", Omega = "gamma3" }
+        load = [
+            { kind = "follower", share = "1/5" }, { kind = "dead", share = "4/5" },
+            { kind = "spring", stiffness = "2" }, { kind = "damper", drag = "1/10" },
+            { kind = "drag", axial = "1/20", transverse = "1/7" },
+        ]"""
+    )
+    entries = []
+    for more in ([], ["--digits", "30"]):
+        rod = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--max-force", "10"]
+        assert cli.run(["landau", "--model", str(file), *rod, "--json", *more]) == 0
+        entries += json.loads(capsys.readouterr().out)["steady"]
+    double, exact = entries
+    for name in ("force", "alpha", "beta", "y_tip2_slope"):
+        assert float(double[name]) == pytest.approx(float(exact[name]), rel=1e-9)
+        assert len(exact[name].lstrip("-0.").replace(".", "")) == 30
+    assert double["criticality"] == exact["criticality"] == "supercritical"
 
 
 def test_predicted_deflections_are_those_of_computed_equilibria():

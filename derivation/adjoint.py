@@ -134,7 +134,10 @@ def _with_adjoint_rules(
         top, slope = ring[f"{s}_uu"], ring[f"{s}_u"]
         rules[top] = ring.reduce(inverse * (minus_i_omega * weight * ring[s] - (row - row.diff(top) * top)))
         condition = next(c for c in tip if slope in ring.generators_of(c))
-        at_tip[slope] = ring.reduce(slope - inverse * condition * _sign(ring, condition, slope))
+        solved = condition * _sign(ring, condition, slope)
+        if solved.diff(slope) != ring.one:  # it still carries the stiffness
+            solved = inverse * solved
+        at_tip[slope] = ring.reduce(slope - solved)
     with_rules = modes.with_rules({}, rules)
     at_clamp = {ring[s]: ring.zero for s in _DUAL}
     for c in tip:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from sympy import Eq, Expr, I, Integer, Integral, Symbol
 from sympy.polys.rings import PolyElement
 
-from derivation.jets import JetRing
+from derivation.jets import JetRing, homomorphism
 from derivation.motion import equations_of_motion
 from derivation.pipeline import Derivation
 from derivation.present import expression
@@ -122,7 +122,7 @@ def _rate(ring: JetRing, linear: PolyElement) -> PolyElement:
 
 
 def _linear_problem(d: Derivation) -> Iterator[Object]:
-    rows = _eigenvalue_rows(d.modes.ring, I * symbol("omega"), ("Y", "Theta"), d.adjoint.primal)
+    rows = _eigenvalue_rows(d, d.modes.ring, I * symbol("omega"), ("Y", "Theta"), d.adjoint.primal)
     yield Object("mode", "eigenvalue problem at the threshold", "harmonics", "eq:primal_eigenproblem", rows)
     e = d.eigenproblem
     if e is None:
@@ -145,9 +145,14 @@ def _linear_problem(d: Derivation) -> Iterator[Object]:
 
 
 def _eigenvalue_rows(
-    ring: JetRing, eigenvalue: Expr, shapes: tuple[str, str], rows: tuple[PolyElement, PolyElement]
+    d: Derivation,
+    ring: JetRing,
+    eigenvalue: Expr,
+    shapes: tuple[str, str],
+    rows: tuple[PolyElement, PolyElement],
 ) -> tuple[Eq, ...]:
-    weights = (Integer(1), symbol("gamma3"))
+    """eigenvalue Gamma (Y, Theta) = rows."""
+    weights = [expression(d.hierarchy.ring, w) for w in d.hierarchy.straight.weights[1:]]
     return tuple(
         _equal(eigenvalue * w * symbol(s), expression(ring, row))
         for s, w, row in zip(shapes, weights, rows, strict=True)
@@ -178,12 +183,15 @@ def _second_order(d: Derivation) -> Iterator[Object]:
     x2 = expression(ring, d.second.modes.fields["x", 2])
     title = "x at order 2"
     yield Object("x2", title, "corrections", "eq:pdefinitions", (_equal(symbol(jet_name("x", 2, 0)), x2),))
+    stiffness = homomorphism(d.hierarchy.straight.stiffness[0], {}, ring)
     for c in (d.second.mean, d.second.harmonic):
         x, p = f"X{c.harmonic}", f"P{c.harmonic}"
         tip = register(f"{x}_u_tip", f"X_{c.harmonic}'(1)")
         clamp = register(f"{x}_clamp", f"X_{c.harmonic}(0)")
         problem = (
-            _equal(symbol("k1") * symbol(f"{x}_uu"), expression(ring, c.drag * c.shape + c.forcing)),
+            _equal(
+                expression(ring, stiffness * ring[f"{x}_uu"]), expression(ring, c.drag * c.shape + c.forcing)
+            ),
             _equal(clamp, _ZERO),
             _equal(tip, expression(ring, c.tip_slope)),
         )
@@ -274,7 +282,7 @@ def _resonant(t: Transformation, ring: JetRing, row: int) -> Expr:
 def _adjoint(d: Derivation) -> Iterator[Object]:
     ring, adjoint = d.modes.ring, d.adjoint
     operator = (ring.conjugate(adjoint.operator[0]), ring.conjugate(adjoint.operator[1]))
-    rows = _eigenvalue_rows(ring, -I * symbol("omega"), ("Psi_Y", "Psi_Theta"), operator)
+    rows = _eigenvalue_rows(d, ring, -I * symbol("omega"), ("Psi_Y", "Psi_Theta"), operator)
     yield Object("adjoint", "adjoint eigenvalue problem", "adjoint", "eq:adjoint_eigenproblem", rows)
     for end, conditions in (("clamp", adjoint.clamp), ("tip", adjoint.tip)):
         found = tuple(_equal(expression(ring, c), _ZERO) for c in conditions)

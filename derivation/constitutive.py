@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from sympy import Expr, Integer, Poly, Symbol, factorial
+from sympy import Expr, Integer, Poly, Symbol, factorial, nan, oo, zoo
 from sympy import cos as cosine
 from sympy import sin as sine
 
@@ -100,12 +100,13 @@ def expand_model(model: RodModel, order: int) -> Constitution:
     drag = tuple(_drag(model, letters, k, order) for k in range(3))
     tip = tuple(_tip(model, letters, k, order) for k in range(3))
     along, *across = model.body_load
-    if along.free_symbols - {symbol("force")} or not _rational(along) or across != [0, 0]:
+    if along.free_symbols - {symbol("force")} or not is_rational(along) or across != [0, 0]:
         raise ModelError(
             f"{model.name}: a body load must be a tangential force, a rational number times force"
         )
     uniform = model.body_load[0] == 0
     _require_compression(model, tip, uniform)
+    _require_mirrored(model)
     if not uniform and stiffness[0] != symbol("k1"):
         raise ModelError(
             f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
@@ -165,12 +166,12 @@ class _Letters:
         """The coefficient itself if the ring can hold it, else a constant ``kind_ijk``."""
         nu = symbol("nu")
         value = multiplied_out(value)
-        if _rational(value):
+        if is_rational(value):
             return value
         numerator, denominator = value.together().as_numer_denom()
-        inverse = denominator.free_symbols == {nu} and _rational(denominator)
+        inverse = denominator.free_symbols == {nu} and is_rational(denominator)
         power = Poly(denominator, nu).as_dict() if inverse else {}
-        if len(power) == 1 and _rational(numerator):
+        if len(power) == 1 and is_rational(numerator):
             (((exponent,), factor),) = power.items()
             self.inverses["nu"] = "nu_inv"
             return (numerator / factor).expand() * symbol("nu_inv") ** exponent
@@ -186,11 +187,12 @@ def _require_known(model: RodModel, parameters: tuple[str, ...]) -> None:
     places = (
         ("the energy", STRAINS, (model.energy,)),
         ("the drag", (*STRAINS, *VELOCITIES), model.drag),
-        ("the tip load", (*frame, *VELOCITIES), model.tip_load),
-        ("the body load", (), model.body_load),
+        ("the tip load", ("force", *frame, *VELOCITIES), model.tip_load),
+        ("the body load", ("force",), model.body_load),
     )
     for place, quantities, formulas in places:
-        allowed = {symbol(name) for name in (*quantities, *parameters)}
+        own = (name for name in parameters if name != "force")  # the detuning acts on loads alone
+        allowed = {symbol(name) for name in (*quantities, *own)}
         for formula in formulas:
             if strange := sorted(s.name for s in formula.free_symbols - allowed):
                 raise ModelError(
@@ -211,6 +213,17 @@ def _require_compression(model: RodModel, tip: tuple[Expr, ...], uniform: bool) 
         )
 
 
+def _require_mirrored(model: RodModel) -> None:
+    """Reflection keeps F1 of the tip load and turns the signs of F2 and M."""
+    turned = {symbol(q): -symbol(q) for q in ("theta", "v2", "Omega", "sin")}
+    for name, sign, load in zip(("F1", "F2", "M"), (1, -1, -1), model.tip_load, strict=True):
+        if multiplied_out(load - sign * load.xreplace(turned)) != 0:
+            raise ModelError(
+                f"{model.name}: the tip load {name} is not symmetric under reflection: under (theta, v2, "
+                "Omega) -> (-theta, -v2, -Omega) F1 must stay and F2 and M change their signs"
+            )
+
+
 def _taylor(f: Expr, degree: int) -> dict[tuple[int, ...], Expr]:
     """Taylor coefficients of f(h1, h2, Pi) at (nu, 0, 0): exponents -> coefficient."""
     at = {symbol("h1"): symbol("nu"), symbol("h2"): Integer(0), symbol("Pi"): Integer(0)}
@@ -221,7 +234,11 @@ def _taylor(f: Expr, degree: int) -> dict[tuple[int, ...], Expr]:
         derivative = f
         for q, n in zip(STRAINS, index, strict=True):
             derivative = derivative.diff(symbol(q), n) if n else derivative
-        value = _positive_root(derivative.subs(at, simultaneous=True))
+        value = multiplied_out(_positive_root(derivative.subs(at, simultaneous=True)))
+        if value.has(nan, zoo, oo):
+            raise ModelError(
+                f"{f} is not smooth at the straight rod: a derivative of it does not exist there"
+            )
         value = value / (factorial(index[0]) * factorial(index[1]) * factorial(index[2]))
         if value != 0:
             found[index] = value
@@ -273,7 +290,7 @@ def _drag(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
     return sum(parts, Integer(0)) * velocity
 
 
-def _rational(e: Expr) -> bool:
+def is_rational(e: Expr) -> bool:
     """Whether this is a polynomial in all its symbols with rational coefficients: what a ring can hold."""
     symbols = sorted(e.free_symbols, key=str)
     if not symbols:
@@ -290,7 +307,7 @@ def _tip(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
         total += load.subs(theta, 0) * theta**n / factorial(n)
         load = load.diff(theta)
     total = total.expand()
-    if _rational(total):
+    if is_rational(total):
         return total
     small = [symbol(q) for q in (*VELOCITIES, "force", "theta")]
     if not total.is_polynomial(*small):

@@ -65,6 +65,8 @@ def read_formula(text: str, names: Iterable[str]) -> Expr:
         raise FormulaError(f"it is of degree {degree}, higher than {HIGHEST_DEGREE}")
     if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
         raise FormulaError("it divides by zero")
+    if found.has(sympy.I):
+        raise FormulaError("it is not real: a root or a logarithm of a negative number")
     return found
 
 

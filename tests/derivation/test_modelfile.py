@@ -232,6 +232,7 @@ def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial,
         (("Pi^2/2", "Pi^2/2 + h2^2*Pi"), r"not symmetric under reflection .*h1\^0 h2\^2 Pi\^1"),
         (("Pi^2/2", "Pi^2/2 + h2*Pi"), "couples shear and bending at the straight rod"),
         (("+ Pi^2/2", ""), "is zero: the energy is not convex"),
+        (("Pi^2/2", "Pi^2/2 + sqrt(h2^2)^3"), "is not smooth at the straight rod"),
         (('v2 = "1"', 'v2 = "1 + h2"'), "drag component 2 is not symmetric under reflection"),
         (('v2 = "1"', 'v2 = "h2^2"'), "drag component 2 vanishes at the straight rod"),
         (('kind = "follower"', 'kind = "follower"\nshare = "1/2"'), r"is \(-force/2, 0, 0\), but it must be"),
@@ -248,6 +249,17 @@ def test_every_combination_of_loads_is_derived_and_emitted(main, turning, axial,
 def test_a_broken_assumption_is_named(edit, message):
     with pytest.raises(ModelError, match=message):
         expand_model(read_model(changed(*zip(edit[::2], edit[1::2], strict=True))), 3)
+
+
+def test_a_formula_that_is_not_real_is_refused():
+    for law in ("sqrt(-1)*Pi^4", "log(-2)*Pi^4"):
+        with pytest.raises(ReadError, match="it is not real: a root or a logarithm of a negative number"):
+            read_model(changed(("Pi^2/2", f"Pi^2/2 + {law}")))
+
+
+def test_terms_that_cancel_break_no_assumption():
+    energy = "Pi^2/2 + ((k1 + 1)^2 - k1^2 - 2*k1 - 1)*h2*(Pi + 1)"
+    assert expand_model(read_model(changed(("Pi^2/2", energy))), 3).stiffness[2] == 1
 
 
 def test_an_energy_that_is_not_convex_in_numbers_is_refused(tmp_path, capsys):

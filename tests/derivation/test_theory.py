@@ -4,9 +4,10 @@ import dataclasses
 
 import mpmath
 import pytest
-from sympy import Integer
+from sympy import I, Integer, sqrt
 
 from derivation.adjoint import adjoint_problem, integrate_by_parts
+from derivation.catalogue import objects
 from derivation.constitutive import expand_model
 from derivation.corrections import second_order
 from derivation.errors import ModelError
@@ -22,6 +23,7 @@ from derivation.kinematics import (
 )
 from derivation.model import FOLLOWER, MODELS
 from derivation.pipeline import derive
+from derivation.present import expression
 from derivation.resonance import resonant_part, third_order
 from derivation.solvability import canonical, prove_equal, solvability
 from derivation.symbols import symbol
@@ -279,12 +281,49 @@ _h1, _h2, _curvature = (symbol(q) for q in ("h1", "h2", "Pi"))
         (_with(drag=(symbol("v1"), symbol("v1"), symbol("Omega"))), "drag component 2"),
         (_with(drag=(symbol("v1"), _h2 * symbol("v2"), symbol("Omega"))), "not symmetric under reflection"),
         (_with(tip_load=(-symbol("force"), symbol("force"), Integer(0))), "straight the tip load is"),
+        (_with(energy=FOLLOWER.energy * symbol("force")), "unknown symbol force in the energy"),
+        (
+            _with(tip_load=(-symbol("force"), symbol("theta") ** 4, Integer(0))),
+            "F2 is not symmetric under reflection",
+        ),
+        (
+            _with(tip_load=(-symbol("force") + symbol("theta") ** 3, Integer(0), Integer(0))),
+            "F1 is not symmetric under reflection",
+        ),
         (_with(body_load=(symbol("force"), Integer(0), symbol("force"))), "tangential force"),
     ],
 )
 def test_a_model_that_breaks_an_assumption_is_refused_by_name(model, message):
     with pytest.raises(ModelError, match=message):
         derive(model)
+
+
+@pytest.mark.parametrize("energy", [_curvature**2 / 2, sqrt(2) * _curvature**2, 3 * _curvature**2])
+@pytest.mark.parametrize("load", ["dead", "follower"])
+def test_any_bending_stiffness_derives_under_either_load(energy, load):
+    theta, force = symbol("theta"), symbol("force")
+    dead = (-force * symbol("cos"), force * symbol("sin"), Integer(0))
+    model = _with(
+        energy=FOLLOWER.energy - _curvature**2 / 2 + energy,
+        tip_load=dead if load == "dead" else FOLLOWER.tip_load,
+    )
+    condition = derive(model).adjoint.tip
+    assert theta not in model.energy.free_symbols
+    assert any("Psi_Theta_u" in str(c) for c in condition)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_what_is_shown_of_a_rod_is_its_eigenvalue_problem_and_its_corrections(name):
+    """i omega Gamma (Y, Theta) = M (Y, Theta) and (K1 X')' = ... with this rod's own drag and stiffness."""
+    d = derive(MODELS[name])
+    shown, straight, ring = objects(d), d.hierarchy.straight, d.hierarchy.ring
+    weights = [expression(ring, w) for w in straight.weights[1:]]
+    for key, s in (("mode", ("Y", "Theta")), ("adjoint", ("Psi_Y", "Psi_Theta"))):
+        for equation, w, shape in zip(shown[key].equations, weights, s, strict=False):
+            sign = -1 if key == "adjoint" else 1
+            assert (equation.lhs / (sign * I * symbol("omega") * symbol(shape)) - w).simplify() == 0
+    stiffness = expression(ring, straight.stiffness[0])
+    assert (shown["X0"].equations[0].lhs.diff(symbol("X0_uu")) - stiffness).simplify() == 0
 
 
 @pytest.mark.parametrize("name", [name for name in MODELS if name != "follower"])

@@ -39,6 +39,8 @@ class Notation:
     brackets: str = "({})"
     name: Callable[[str], str] = str
     """How the language spells a name."""
+    integer: Callable[[int], str] = str
+    """How it spells a whole number that is not an exponent."""
 
 
 def expression(node: Node, notation: Notation) -> str:
@@ -51,7 +53,7 @@ def expression(node: Node, notation: Notation) -> str:
         case Name(text):
             return notation.name(text)
         case Integer(value):
-            return str(value)
+            return notation.integer(value)
         case Imaginary():
             return notation.imaginary
         case Negative(operand):
@@ -150,8 +152,14 @@ JULIA = Notation(
     conjugate=("conj({})", SUM),
 )
 
-# C has no powers: a small function of the header multiplies. The functions are those of <tgmath.h>.
-C = Notation(imaginary="I", power=("rodwnl_power({}, {})", SUM), conjugate=("conj({})", SUM))
+# C has no powers: a small function of the header multiplies. The functions are those of <tgmath.h>. Its whole
+# numbers overflow.
+C = Notation(
+    imaginary="I",
+    power=("rodwnl_power({}, {})", SUM),
+    conjugate=("conj({})", SUM),
+    integer=lambda value: str(value) if value < 10**4 else f"{value}.0",
+)
 
 MATHEMATICA = Notation(
     imaginary="I",

@@ -19,7 +19,7 @@ from derivation.emit.lower import EmissionError
 from derivation.emit.nodes import Integer
 from derivation.emit.printers import python
 from derivation.emit.printers.language import JAX, JULIA, MATHEMATICA, C, source
-from derivation.emit.printers.notation import C, expression
+from derivation.emit.printers.notation import expression
 from derivation.emit.program import Argument, Function, Module, Package, compile_function
 from derivation.modules import package
 from derivation.pipeline import derive
@@ -346,5 +346,5 @@ def test_a_language_is_its_table():
 
 
 def test_whole_numbers_that_c_cannot_hold_are_written_as_doubles():
-    assert expression(Integer(12), C) == "12"
-    assert expression(Integer(30_000_000_000_000_000_000), C) == "30000000000000000000.0"
+    assert expression(Integer(12), C.notation) == "12"
+    assert expression(Integer(30_000_000_000_000_000_000), C.notation) == "30000000000000000000.0"

@@ -39,13 +39,16 @@ Array = NDArray[np.float64]
 class AngleForm:
     """f and ∂f/∂q on Chebyshev points of one degree N. Built by `angle_form`.
 
-    A state q has shape (3n,), n = N − 1: ξ, then η, then θ at the inner nodes.
+    A state q has shape (3n,), n = N − 1: ξ, then η, then θ at the inner nodes, where f is made of four
+    products of linear functions of q, and of four products with their sums:
+
+        X = (θ', θ', h2, h1),    Y = (−F2/γ1, F1, −F1/γ3, F2/γ3),    V = (k1 ξ''/γ1, k2 η'', θ''/γ3),
+        v1 = V1 + X1 Y1,   v2 = V2 + X2 Y2,   Ω = V3 + X3 Y3 + X4 Y4,   Z = (X1 v1, X2 v2, X3 Ω, X4 Ω).
 
     nodes (N+1,): with clamp and tip. tip_row (n,): inner values -> value at the tip of a field that is 0 at
-    the clamp and has no slope at the tip. inner (n, 2n), from the right: -> first and second derivatives at
-    the inner nodes. slope (n, N+1), from the right: -> first derivative at all nodes. up (N+1, N+1): values
-    at all nodes -> ∫₀ᵘ. vanishing (n, n): the same for what vanishes at both ends, at the inner nodes; omega
-    (n, n): the same for a field like q.
+    the clamp and has no slope at the tip. slope (n, N+1), from the right: -> first derivative at all nodes.
+    up (N+1, N+1): values at all nodes -> ∫₀ᵘ. linear (11n, 3n) and constant (11n,): q -> X, Y, V. closing
+    (3n, 7n): Z, v1, v2, Ω -> f.
     """
 
     k1: float
@@ -55,12 +58,11 @@ class AngleForm:
     force: float
     nodes: Array
     tip_row: Array
-    inner: Array
     slope: Array
     up: Array
-    vanishing: Array
-    omega: Array
-    compatibility: Array
+    linear: Array
+    constant: Array
+    closing: Array
 
     @property
     def size(self) -> int:
@@ -75,67 +77,29 @@ class AngleForm:
     def rhs(self, q: Array) -> Array:
         """f(q) at one state, (3n,). In place where it can be: of an integration most time is spent here."""
         n = self.tip_row.size
-        derivatives = q.reshape(3, n) @ self.inner
-        (xi_u, h2, pi), (xi_uu, h2_u, pi_u) = derivatives[:, :n], derivatives[:, n:]
-        F1, F2 = self.k1 * xi_u, self.k2 * h2
-        F1 -= self.force  # k1 (h1 − 1) with h1 = ν + ξ'
-        v1 = self.k1 * xi_uu
-        v1 -= pi * F2
-        v1 /= self.gamma1
-        v2 = self.k2 * h2_u
-        v2 += pi * F1
-        integrands = np.empty((3, n))
-        omega = np.add(xi_u, self.nu, out=integrands[2])
-        omega *= F2
-        omega -= h2 * F1
-        omega += pi_u
-        omega /= self.gamma3
-        np.multiply(omega, h2, out=integrands[0])
-        integrands[0] -= pi * v2
-        np.multiply(pi, v1, out=integrands[1])
-        integrands[1] -= omega * xi_u  # without Ω ν, for which the third row is
-        out = np.empty(3 * n)
-        np.matmul(integrands.reshape(-1), self.compatibility, out=out[: 2 * n])
-        out[:n] += v1
-        out[n : 2 * n] += v2
-        out[2 * n :] = omega
-        return out
+        rows = np.empty(12 * n)
+        np.matmul(self.linear, q, out=rows[: 11 * n])
+        rows[: 11 * n] += self.constant
+        X, Y, V = rows.reshape(3, 4, n)
+        Y *= X
+        V[:3] += Y[:3]
+        V[2] += Y[3]
+        V[3] = V[2]
+        np.multiply(X, V, out=Y)
+        return np.asarray(self.closing @ rows[4 * n : 11 * n])
 
     def jacobian(self, q: Array) -> Array:
         """∂f/∂q at one state, (3n, 3n)."""
-        n, k1, k2, gamma1, gamma3, nu = self.tip_row.size, self.k1, self.k2, self.gamma1, self.gamma3, self.nu
-        derivatives = q.reshape(3, n) @ self.inner
-        (xi_u, h2, pi), (xi_uu, h2_u, pi_u) = derivatives[:, :n], derivatives[:, n:]
-        h1 = nu + xi_u
-        F1, F2 = k1 * (h1 - 1.0), k2 * h2
-        v1, v2 = (k1 * xi_uu - pi * F2) / gamma1, k2 * h2_u + pi * F1
-        omega = (pi_u + h1 * F2 - h2 * F1) / gamma3
-
-        d, dd = self.inner[:, :n].T, self.inner[:, n:].T
-        # ∂v1, ∂v2, ∂Ω by (ξ, η, θ); a[:, None] * d is the field a times the derivative of the variation
-        v1_xi, v1_eta, v1_theta = (
-            k1 / gamma1 * dd,
-            (-k2 / gamma1 * pi)[:, None] * d,
-            (-F2 / gamma1)[:, None] * d,
-        )
-        v2_xi, v2_eta, v2_theta = (k1 * pi)[:, None] * d, k2 * dd, F1[:, None] * d
-        omega_xi, omega_eta = ((F2 - k1 * h2) / gamma3)[:, None] * d, ((k2 * h1 - F1) / gamma3)[:, None] * d
-        omega_theta = dd / gamma3
-
-        def over(v: Array, a: Array, omega_q: Array, b: Array, v_q: Array, c: Array | float) -> Array:
-            """∂ of v + ∫ (a Ω + b v + …): the variation's own factor c times its slope comes last."""
-            integrand = a[:, None] * omega_q + b[:, None] * v_q
-            return v + self.vanishing @ (integrand + np.reshape(c, (-1, 1)) * d)
-
-        out = np.empty((3, n, 3, n))
-        out[0, :, 0] = over(v1_xi, h2, omega_xi, -pi, v2_xi, 0.0)
-        out[0, :, 1] = over(v1_eta, h2, omega_eta, -pi, v2_eta, omega)
-        out[0, :, 2] = over(v1_theta, h2, omega_theta, -pi, v2_theta, -v2)
-        out[1, :, 0] = over(v2_xi, -xi_u, omega_xi, pi, v1_xi, -omega) - nu * self.omega @ omega_xi
-        out[1, :, 1] = over(v2_eta, -xi_u, omega_eta, pi, v1_eta, 0.0) - nu * self.omega @ omega_eta
-        out[1, :, 2] = over(v2_theta, -xi_u, omega_theta, pi, v1_theta, v1) - nu * self.omega @ omega_theta
-        out[2, :, 0], out[2, :, 1], out[2, :, 2] = omega_xi, omega_eta, omega_theta
-        return out.reshape(3 * n, 3 * n)
+        n = self.tip_row.size
+        X, Y, V = np.split((self.linear @ q + self.constant).reshape(11, n, 1), [4, 8])
+        dX, dY, dV = np.split(self.linear.reshape(11, n, 3 * n), [4, 8])
+        products, by_q = X * Y, X * dY + Y * dX
+        v, dv = V + products[:3], dV + by_q[:3]
+        v[2] += products[3]
+        dv[2] += by_q[3]
+        last = [0, 1, 2, 2]
+        dZ = X * dv[last] + v[last] * dX
+        return np.asarray(self.closing @ np.concatenate([dZ, dv]).reshape(7 * n, 3 * n))
 
     def fields(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """x, y, θ and the axial force F1 at all N + 1 nodes, (…, N+1) each, of states (…, 3n)."""
@@ -183,13 +147,30 @@ def angle_form(rod: RodParameters, force: float, degree: int = 16) -> AngleForm:
     slope = grid.first[:, 1:-1] + np.outer(grid.first[:, -1], tip_row)
     curvature = grid.second[1:-1, 1:-1] + np.outer(grid.second[1:-1, -1], tip_row)
     slope[-1] = 0.0
-    vanishing = up[1:-1, 1:-1].copy()
-    omega = vanishing + np.outer(up[1:-1, -1], tip_row)
     k1, k2, gamma3, gamma1 = rod.floats()
-    zero = np.zeros_like(vanishing)
-    compatibility = np.block([[vanishing.T, zero], [zero, vanishing.T], [zero, (force / k1 - 1) * omega.T]])
+    nu, n = 1 - force / k1, degree - 1
+    # ∫₀ᵘ of a field that vanishes at both ends, and of one like q
+    vanishing, one = up[1:-1, 1:-1], np.eye(n)
+    omega = vanishing + np.outer(up[1:-1, -1], tip_row)
+    d, dd, zero = slope[1:-1], curvature, np.zeros((n, n))
+    linear = np.block(
+        [
+            [zero, zero, d], [zero, zero, d], [zero, d, zero], [d, zero, zero],
+            [zero, -k2 / gamma1 * d, zero], [k1 * d, zero, zero],
+            [-k1 / gamma3 * d, zero, zero], [zero, k2 / gamma3 * d, zero],
+            [k1 / gamma1 * dd, zero, zero], [zero, k2 * dd, zero], [zero, zero, dd / gamma3],
+        ]
+    )  # fmt: skip
+    constant = np.repeat([0, 0, 0, nu, 0, -force, force / gamma3, 0, 0, 0, 0], n)
+    # θ' v2, h2 Ω and θ' v1 vanish at both ends; h1 Ω does not, but (h1 − ν) Ω does
+    closing = np.block(
+        [
+            [zero, -vanishing, vanishing, zero, one, zero, zero],
+            [vanishing, zero, zero, -vanishing, zero, one, nu * (vanishing - omega)],
+            [zero, zero, zero, zero, zero, zero, one],
+        ]
+    )
     return AngleForm(
-        k1, k2, gamma3, gamma1, force, grid.nodes, tip_row,
-        inner=np.concatenate([slope[1:-1].T, curvature.T], axis=1), slope=slope.T.copy(), up=up,
-        vanishing=vanishing, omega=omega, compatibility=compatibility,
+        k1, k2, gamma3, gamma1, force, grid.nodes, tip_row, slope=slope.T.copy(), up=up,
+        linear=linear, constant=constant, closing=closing,
     )  # fmt: skip

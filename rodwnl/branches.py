@@ -218,7 +218,9 @@ def _on_suitable_grid(system: OrbitSystem, point: Point) -> tuple[OrbitSystem, P
     cycle = Cycle(system, point.X)
     least, aim, most = TAILS
     now, wanted = (system.count, system.degree), suited(cycle, aim)
-    if max(cycle.tails) > WORST_TAIL and now == FINEST:
+    if any(
+        tail > WORST_TAIL and n == most_n for tail, n, most_n in zip(cycle.tails, now, FINEST, strict=True)
+    ):
         raise ConvergenceError(f"the finest grid does not resolve the orbit at force {cycle.force:.6g}")
     chosen = tuple(
         want if tail < least or tail > most else have

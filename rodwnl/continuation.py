@@ -24,6 +24,13 @@ SHARPEST_TURN, GENTLE_TURN = 0.9, 0.97  # cosines between the tangents at neighb
 MOST_SECANTS = 20
 
 
+class Jacobian(Protocol):
+    """∂G/∂X of a system that has a way of its own to solve with it."""
+
+    def bordered(self, row: Array) -> Callable[[Array], Array]:
+        """b -> the x with (∂G/∂X; row) x = b. Raises ConvergenceError."""
+
+
 class System(Protocol):
     """n equations for n + 1 unknowns."""
 
@@ -35,7 +42,7 @@ class System(Protocol):
     def metric(self) -> Array:
         """(n + 1,): weights ≥ 0 of the squares in the length of a step along the curve."""
 
-    def linearised(self, X: Array) -> tuple[Array, Array]:
+    def linearised(self, X: Array) -> tuple[Array, Array | Jacobian]:
         """G(X), (n,), and ∂G/∂X, (n, n + 1)."""
 
 
@@ -61,33 +68,55 @@ def correct(system: System, guess: Array, row: Array) -> Point:
 
     The tangent points where row·tangent > 0.
     """
-    from scipy.linalg import lu_factor, lu_solve
+    X, solve, iterations = _newton(system, guess, row)
+    tangent = solve(np.append(np.zeros(X.size - 1), 1.0))
+    tangent = tangent / np.sqrt(system.metric @ tangent**2)
+    return Point(X, tangent, np.zeros_like(X), iterations)
 
+
+def _newton(system: System, guess: Array, row: Array) -> tuple[Array, Callable[[Array], Array], int]:
+    """The solution in that plane, what solves with the last Jacobian, and the number of steps."""
     X, last = guess.copy(), np.inf
     for iteration in range(1, MAX_ITERATIONS + 1):
         G, J = system.linearised(X)
-        factors = lu_factor(np.vstack([J, row]), overwrite_a=True, check_finite=False)
-        step = lu_solve(factors, np.append(-G, -row @ (X - guess)), check_finite=False)
+        solve = _solver(J, row)
+        step = solve(np.append(-G, -row @ (X - guess)))
         size = float(np.max(np.abs(step) / system.scales))
         if not np.isfinite(size) or (iteration > 2 and size > 2 * last):
             raise ConvergenceError(f"Newton's iteration diverged (step {size:.1e} after {last:.1e})")
         X, last = X + step, size
         if size < SETTLED:
-            tangent = lu_solve(factors, np.append(np.zeros_like(G), 1.0), check_finite=False)
-            tangent = tangent / np.sqrt(system.metric @ tangent**2)
-            return Point(X, tangent, np.zeros_like(X), iteration)
+            return X, solve, iteration
     raise ConvergenceError(
         f"Newton's iteration did not settle in {MAX_ITERATIONS} steps (last step {last:.1e})"
     )
 
 
+def _solver(J: Array | Jacobian, row: Array) -> Callable[[Array], Array]:
+    """b -> the x with (J; row) x = b."""
+    from scipy.linalg import lu_factor, lu_solve
+
+    if not isinstance(J, np.ndarray):
+        return J.bordered(row)
+    factors = lu_factor(np.vstack([J, row]), overwrite_a=True, check_finite=False)
+    return lambda b: np.asarray(lu_solve(factors, b, check_finite=False))
+
+
 def solve_at(system: System, guess: Array, index: int, value: float) -> Point:
     """The solution whose unknown X[index] has this value; the tangent points towards larger ones."""
-    row = np.zeros_like(guess)
-    row[index] = 1.0
-    start = guess.copy()
-    start[index] = value
-    return correct(system, start, row)
+    return correct(system, *_held(guess, index, value))
+
+
+def root_at(system: System, guess: Array, index: int, value: float) -> Array:
+    """That solution alone, without the curve's tangent."""
+    return _newton(system, *_held(guess, index, value))[0]
+
+
+def _held(guess: Array, index: int, value: float) -> tuple[Array, Array]:
+    """The guess with this value, and the row that keeps it."""
+    row, start = np.zeros_like(guess), guess.copy()
+    row[index], start[index] = 1.0, value
+    return start, row
 
 
 def step_from(system: System, point: Point, length: float) -> Point:

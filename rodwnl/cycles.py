@@ -20,15 +20,17 @@ the Hopf point. Beyond, at s < 0, a is imaginary; Newton's method may step there
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.collocation import chebyshev, interpolation
+from rodwnl.halfperiod import by_parity, half_period
+from rodwnl.harmonicsolve import CycleJacobian
 from rodwnl.nilpotent import nilpotent
-from rodwnl.normalform import DiscreteRod, NormalForm
+from rodwnl.normalform import DiscreteRod
 from rodwnl.strainform import RodLaw, integrals, strains
 
 Array = NDArray[np.float64]
@@ -36,46 +38,6 @@ Array = NDArray[np.float64]
 PARITY = ("even", "odd", "odd")  # of h1, h2, Π in τ
 LEAST = 1e-12  # |s| below which the equations are those at this s: they change by as much
 SMALL = 1e-4  # s below which ∂s of the odd equations is the third derivative of R, which a difference loses
-
-
-@dataclass(frozen=True)
-class HalfPeriod:
-    """m (even) phases τ = πj/m, and what can be done with fields known there.
-
-    Fields of odd parity change sign after half a period, those of even parity repeat. By parity: harmonics,
-    those that m values determine; series, (m, m): values -> coefficients of cos kτ for all these k, then of
-    sin kτ for all but 0 and m; derivative, (m, m): ∂τ at the phases.
-    """
-
-    phases: Array
-    harmonics: dict[str, Array]
-    series: dict[str, Array]
-    derivative: dict[str, Array]
-
-    def at(self, parity: str, phases: Array, order: int = 0) -> Array:
-        """(len(phases), m): values at the m phases -> the derivative of this order at other phases."""
-        basis = _basis(self.harmonics[parity], self.phases.size, phases, order)
-        return np.asarray(basis @ self.series[parity])
-
-
-def _basis(harmonics: Array, count: int, phases: Array, order: int = 0) -> Array:
-    """cos kτ for all harmonics, then sin kτ but for k = 0 and for k = m, which vanishes at all m phases."""
-    angle = np.outer(phases, harmonics) + order * np.pi / 2
-    scale = harmonics**order
-    sines = (harmonics > 0) & (harmonics < count)
-    return np.hstack([np.cos(angle) * scale, (np.sin(angle) * scale)[:, sines]])
-
-
-@lru_cache(maxsize=32)
-def half_period(count: int) -> HalfPeriod:
-    """The grid of this even number of phases."""
-    if count < 2 or count % 2:
-        raise ValueError(f"a half period needs an even number of phases, not {count}")
-    phases = np.pi * np.arange(count) / count
-    harmonics = {"even": np.arange(0.0, count + 1, 2), "odd": np.arange(1.0, count, 2)}
-    series = {name: np.asarray(np.linalg.inv(_basis(k, count, phases))) for name, k in harmonics.items()}
-    derivative = {name: _basis(k, count, phases, 1) @ series[name] for name, k in harmonics.items()}
-    return HalfPeriod(phases, harmonics, series, derivative)
 
 
 @dataclass(frozen=True)
@@ -114,11 +76,11 @@ class OrbitSystem:
         """states (m, size), ω, F, s."""
         return X[:-3].reshape(self.count, -1), float(X[-3]), float(X[-2]), float(X[-1])
 
-    def begin(self, form: NormalForm, angle: complex) -> Array:
-        """The Hopf point as X, from its mode, whose tip has this angle."""
-        mode = np.exp(1j * half_period(self.count).phases)[:, None] * (form.mode / angle)
-        states = np.where(self.odd, mode.real, self.rod.straight(form.force))
-        return np.append(states.ravel(), [form.omega, form.force, 0.0])
+    def begin(self, mode: NDArray[Any]) -> Array:
+        """The Hopf point as X, from its mode, whose tip has the angle 1."""
+        waves = np.exp(1j * half_period(self.count).phases)[:, None] * mode
+        states = np.where(self.odd, waves.real, self.rod.straight(self.force_scale))
+        return np.append(states.ravel(), [self.omega_scale, self.force_scale, 0.0])
 
     def resampled(self, X: Array, other: OrbitSystem) -> Array:
         """The same orbit as an unknown of a system with other numbers of phases and points."""
@@ -128,30 +90,37 @@ class OrbitSystem:
         states = np.hstack([slopes.reshape(other.count, -1), states[:, -3:]])
         return np.append(states.ravel(), X[-3:])
 
-    def linearised(self, X: Array) -> tuple[Array, Array]:
-        """G(X) and ∂G/∂X: the equations at all phases, then amplitude and phase of the tip's angle."""
+    def residual(self, X: Array) -> Array:
+        """G(X): the equations at all phases, then amplitude and phase of the tip's angle."""
         states, omega, force, s = self.unpack(X)
-        m, n = states.shape
-        E, first, a, A = self.rod.mass, self._first_harmonic, *self._amplitudes(s)
+        A = self._amplitudes(s)[1]
+        return self._equations(states, omega, self.rod.derivative(A * states, force) / A)
+
+    def linearised(self, X: Array) -> tuple[Array, CycleJacobian]:
+        """G(X) and ∂G/∂X."""
+        states, omega, force, s = self.unpack(X)
+        a, A = self._amplitudes(s)
         w, odd_part = A * states, np.where(self.odd, states, 0.0)
-        inertia = self._by_parity(half_period(m).derivative, states) @ E.T
-        R = self.rod.derivative(w, force)
-        G = np.append(omega * inertia - (R / A).real, np.tensordot(first, states, 2) - [1.0, 0.0])
-        along = self.rod.derivative(w, force, (odd_part, 0.0))
+        R, L, pull = self.rod.linearised(w, force)
+        along = (L @ odd_part[..., None])[..., 0]
         # R1(η1, aq) by s is DR1 q/(2a); R2(η1, aq)/a is Lq + s D³R2[q, q, q]/6 + …
         by_square = (along - R / a) / (2 * a**2)
         if abs(s) < SMALL:
             by_square = self.rod.derivative(w, force, *3 * [(odd_part, 0.0)]) / 6
         by_square = np.where(self.odd, by_square, along / (2 * a))
-        J = np.zeros((m * n + 2, m * n + 3))
-        J[:-2, :-3] = omega * self._inertia
-        J[:-2, -3] = inertia.ravel()
-        J[:-2, -2] = -(self.rod.derivative(w, force, (np.zeros_like(w), 1.0)) / A).real.ravel()
-        J[:-2, -1] = -by_square.real.ravel()
-        J[-2:, :-3] = first.reshape(2, -1)
-        for j, block in enumerate(self._jacobians(w, force)):
-            J[j * n : (j + 1) * n, j * n : (j + 1) * n] -= (block * A / A[:, None]).real
-        return G, J
+        columns = [self._inertia(states), -(pull / A).real, -by_square.real]
+        return self._equations(states, omega, R / A), CycleJacobian(
+            omega=omega,
+            E=self.rod.mass,
+            L=(L * A / A[:, None]).real,
+            odd=self.odd,
+            columns=np.stack([column.ravel() for column in columns], axis=1),
+            first=self._first_harmonic,
+        )
+
+    def _equations(self, states: Array, omega: float, R: NDArray[Any]) -> Array:
+        defect = omega * self._inertia(states) - R.real
+        return np.append(defect, self._first_harmonic @ states.ravel() - [1.0, 0.0])
 
     def slopes(self, X: Array) -> Array:
         """η1', η2', P', (m, 3, N+1); η1' without its mean, which a load along the rod gives it."""
@@ -178,45 +147,32 @@ class OrbitSystem:
             largest = np.abs(values.reshape(states.shape)[:, :-3])
             return np.asarray(largest.reshape(len(states), 3, -1).max(axis=(0, 2)))
 
-        return fields(self.linearised(X)[0][:-2]), fields(R)
+        return fields(self.residual(X)[:-2]), fields(R)
 
     def variations(self, X: Array, phases: Array) -> tuple[Array, Array, Array]:
         """ω E y_τ = A y for small perturbations y: E, A at these phases, and the signs that mirror y."""
         w = self._at(X, phases) * self._amplitudes(float(X[-1]))[1].real
-        return self.rod.mass, self._jacobians(w, float(X[-2])), np.where(self.odd, -1.0, 1.0)
+        return self.rod.mass, self.rod.linearised(w, float(X[-2]))[1], np.where(self.odd, -1.0, 1.0)
 
     def _amplitudes(self, s: float) -> tuple[Any, NDArray[Any]]:
         """a, and what multiplies every entry of a state: a or 1."""
         a = np.emath.sqrt(s if abs(s) > LEAST else LEAST)
         return a, np.where(self.odd, a, 1.0)
 
-    def _jacobians(self, w: NDArray[Any], force: float) -> NDArray[Any]:
-        """∂R/∂w at w (k, size): (k, size, size)."""
-        directions = np.eye(w.shape[1])[None], 0.0
-        return np.swapaxes(self.rod.derivative(w[:, None], force, directions), 1, 2)
-
     def _at(self, X: Array, phases: Array) -> Array:
         """States at other phases, (len(phases), size)."""
         time = half_period(self.count)
-        return self._by_parity({p: time.at(p, phases) for p in set(PARITY)}, self.unpack(X)[0])
+        return by_parity({p: time.at(p, phases) for p in set(PARITY)}, self.odd, self.unpack(X)[0])
 
-    def _by_parity(self, matrices: dict[str, Array], states: Array) -> Array:
-        """Every entry of the states (m, size) taken through the matrix (k, m) of its parity: (k, size)."""
-        return np.asarray(np.where(self.odd, matrices["odd"] @ states, matrices["even"] @ states))
-
-    @cached_property
-    def _inertia(self) -> Array:
-        """E ∂τ, (m·size, m·size)."""
-        derivative = half_period(self.count).derivative
-        D = np.stack([derivative["odd" if odd else "even"] for odd in self.odd], axis=-1)
-        size = self.count * self.rod.size
-        return np.asarray(np.einsum("jkc,rc->jrkc", D, self.rod.mass).reshape(size, size))
+    def _inertia(self, states: Array) -> Array:
+        """E ∂τ of the states."""
+        return half_period(self.count).rate(self.odd, states) @ self.rod.mass.T
 
     @cached_property
     def _first_harmonic(self) -> Array:
-        """(2, m, size): states -> cosine and sine coefficient of the first harmonic of ∫₀¹ P du."""
+        """(2, m·size): states -> cosine and sine coefficient of the first harmonic of ∫₀¹ P du."""
         time, space, n = half_period(self.count), integrals(self.degree), self.degree + 1
         row = np.zeros(self.rod.size)
         row[2 * n : 3 * n], row[-1] = -space.whole @ space.down, 1.0  # P = P(1) − ∫ᵤ¹ P'
         first = time.series["odd"][[0, time.harmonics["odd"].size]]
-        return np.asarray(first[:, :, None] * row)
+        return np.asarray(np.kron(first, row))

@@ -10,18 +10,20 @@ of its eigenvalues ρ is 1; the multipliers of the whole period are ρ².
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.orbits import Cycle
+from rodwnl.orbits import Cycle, needed, regridded
 
 STEPS = 24  # over half a period
+TAIL = 1e-5  # of the orbit in u: what a coarser grid makes of multipliers is about a thousand times smaller
 
 _R = np.sqrt(6.0)
 _NODES = np.array([(4 - _R) / 10, (4 + _R) / 10, 1.0])
-_WEIGHTS = np.array(
+_INVERSE = np.linalg.inv(
     [
         [(88 - 7 * _R) / 360, (296 - 169 * _R) / 1800, (-2 + 3 * _R) / 225],
         [(296 + 169 * _R) / 1800, (88 + 7 * _R) / 360, (-2 - 3 * _R) / 225],
@@ -54,9 +56,11 @@ class Multipliers:
 def multipliers(cycle: Cycle, steps: int = STEPS) -> Multipliers:
     """The Floquet multipliers of an orbit, with this number of Radau steps over half a period.
 
-    The algebraic conditions at the tip add zeros.
+    On a grid in u as coarse as TAIL allows. The algebraic conditions at the tip add zeros.
     """
-    half = np.linalg.eigvals(half_period_map(cycle, steps))
+    count, degree = cycle.system.count, cycle.system.degree
+    coarse = Cycle(*regridded(cycle, (count, min(degree, needed(degree, cycle.tails[1], TAIL)))))
+    half = np.linalg.eigvals(half_period_map(coarse, steps))
     trivial = int(np.argmin(np.abs(half - 1)))
     others = np.delete(half, trivial)
     return Multipliers(others[np.argsort(-np.abs(others))], float(np.abs(half[trivial] - 1)))
@@ -70,14 +74,28 @@ def half_period_map(cycle: Cycle, steps: int) -> NDArray[np.float64]:
 
 
 def carried(E: NDArray[Any], A: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
-    """Φ(π), (n, n), of ω E y_τ = A y from A (3·steps, n, n) at the phases of the stages."""
+    """Φ(π), (n, n), of ω E y_τ = A y from A (3·steps, n, n) at the phases of the stages.
+
+    A step takes y to its last stage Y3. With B the inverse of the method's matrix,
+
+        Σ_j B_ij E Y_j − (h/ω) A_i Y_i = (Σ_j B_ij) E y,    i = 1, 2, 3,
+
+    so that Y1 = K (Σ_j B_1j y − B_12 Y2 − B_13 Y3), K = (B_11 E − (h/ω) A_1)⁻¹ E, and only E K is needed to
+    eliminate it: half the work of the three stages together. All steps at once.
+    """
     n, steps = len(E), len(A) // 3
-    A = A.reshape(steps, 3, n, n)
-    # E (Y_i − y) = (h/ω) Σ_j a_ij A_j Y_j at the three stages; the last stage is the new y
-    stages = np.kron(np.eye(3), E) - (np.pi / steps / omega) * np.einsum(
-        "ij,tjab->tiajb", _WEIGHTS, A
-    ).reshape(steps, 3 * n, 3 * n)
-    out = np.eye(n)
-    for stage in stages:
-        out = np.linalg.solve(stage, np.tile(E @ out, (3, 1)))[-n:]
-    return out
+    A = A.reshape(steps, 3, n, n) * (np.pi / steps / omega)
+    B, b = _INVERSE, _INVERSE.sum(axis=1)
+    EK = E @ np.linalg.solve(B[0, 0] * E - A[:, 0], np.broadcast_to(E, (steps, n, n)))
+
+    def left(i: int, j: int) -> NDArray[np.float64]:
+        return np.asarray(B[i, j] * E - B[i, 0] * B[0, j] * EK - (A[:, i] if i == j else 0))
+
+    def right(i: int) -> NDArray[np.float64]:
+        return np.asarray(b[i] * E - B[i, 0] * b[0] * EK)
+
+    # Y2 = second (y, −Y3)
+    second = np.linalg.solve(left(1, 1), np.concatenate([right(1), left(1, 2)], axis=2))
+    carry, back = np.split(left(2, 1) @ second, 2, axis=2)
+    maps = np.linalg.solve(left(2, 2) - back, right(2) - carry)
+    return np.asarray(reduce(lambda out, step: step @ out, maps, np.eye(n)))

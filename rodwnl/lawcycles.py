@@ -50,18 +50,18 @@ def law_cycle(law: RodLaw, onset: NormalForm, amplitude: float, count: int = 12)
     D, harmonic = _derivative(count), 2 * np.exp(-1j * phases) / count
     size = rod.size
     for _ in range(MOST_STEPS):
-        residual = omega * D @ states @ rod.mass.T - rod.derivative(states, force)
+        R, L, pull = rod.linearised(states, force)
+        residual = omega * D @ states @ rod.mass.T - R
         matrix = np.zeros((count * size + 2, count * size + 2))
         matrix[:-2, :-2] = np.kron(omega * D, rod.mass)
         tips = np.empty(count)
         for j, w in enumerate(states):
             rows = slice(j * size, (j + 1) * size)
-            matrix[rows, rows] -= rod.jacobian(w, force)
+            matrix[rows, rows] -= L[j]
             row = rod.tip_row(w, force)
             matrix[-2, rows], matrix[-1, rows] = harmonic[j].real * row, harmonic[j].imag * row
             tips[j] = tip(*rod.split(nilpotent(w)), onset.degree)[1].part()
         matrix[:-2, -2] = (D @ states @ rod.mass.T).ravel()
-        pull = rod.derivative(states, force, (np.zeros_like(states), 1.0))
         matrix[:-2, -1] = -pull.ravel()
         first = harmonic @ tips
         right = np.append(residual.ravel(), [first.real - amplitude, first.imag])

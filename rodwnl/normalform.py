@@ -57,7 +57,7 @@ def normal_form(law: RodLaw, force: float, omega: float, degree: int = 32) -> No
     Raises ComputationError where Newton's iteration does not arrive at a Hopf point.
     """
     rod = DiscreteRod(law, degree)
-    force, omega, q, p = _hopf_point(rod, force, omega)
+    force, omega, q, p = hopf_point(rod, force, omega)
     w, E = rod.straight(force), rod.mass
     L = rod.jacobian(w, force)
 
@@ -103,7 +103,8 @@ class DiscreteRod:
         w = np.zeros(self.size)
         w[-3] = 1.0
         for _ in range(MAX_STEPS):
-            step = np.linalg.solve(self.jacobian(w, force), self.derivative(w, force))
+            R, L, _ = self.linearised(w, force)
+            step = np.linalg.solve(L, R)
             w = w - step
             if np.abs(step).max() <= 1e-15 * (1 + np.abs(w).max()):
                 return w
@@ -111,23 +112,43 @@ class DiscreteRod:
 
     def derivative(self, w: Vector, force: float, *directions: tuple[Vector, float]) -> Vector:
         """D^k R(w, F) along k directions (dw, dF) of the shape of w and number; R itself for k = 0."""
-        slopes = nilpotent(w, *((i, d) for i, (d, _) in enumerate(directions, 1)))
-        loads = nilpotent(force, *((i, d) for i, (_, d) in enumerate(directions, 1)))
-        fields, ends = residual(self.law, *self.split(slopes), loads, self.degree)
-        wanted = range(1, len(directions) + 1)
-        *many, _ = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
-        parts = [np.broadcast_to(row.part(*wanted), (*many, self.degree + 1)) for row in fields]
-        parts += [np.broadcast_to(row.part(*wanted), (*many, 1)) for row in ends]
-        return np.concatenate(parts, axis=-1)
+        rows, shape = self._rows(w, force, *directions)
+        return self._strung(rows, shape, *range(1, len(directions) + 1))
+
+    def linearised(self, w: Vector, force: float) -> tuple[Vector, Vector, Vector]:
+        """R, L = ∂R/∂w and ∂R/∂F at states w (…, size): (…, size), (…, size, size) and (…, size)."""
+        directions = np.eye(self.size + 1, self.size), np.eye(1, self.size + 1, self.size).T
+        rows, shape = self._rows(w[..., None, :], force, directions)
+        slopes = self._strung(rows, shape, 1)
+        R = self._strung(rows, (*shape[:-1], 1))[..., 0, :]
+        return R, np.swapaxes(slopes[..., :-1, :], -2, -1), slopes[..., -1, :]
 
     def jacobian(self, w: Vector, force: float) -> Vector:
         """L = ∂R/∂w."""
-        return self.derivative(w, force, (np.eye(w.size), 0.0)).T
+        return self.linearised(w, force)[1]
+
+    def _rows(
+        self, w: Vector, force: float, *directions: tuple[Vector, Any]
+    ) -> tuple[list[Nilpotent], tuple[int, ...]]:
+        """R's rows for each field and end, with their derivatives along the directions; the leading shape."""
+        states = nilpotent(w, *((i, d) for i, (d, _) in enumerate(directions, 1)))
+        loads = nilpotent(force, *((i, d) for i, (_, d) in enumerate(directions, 1)))
+        fields, ends = residual(self.law, *self.split(states), loads, self.degree)
+        *many, _ = np.broadcast_shapes(w.shape, *(d.shape for d, _ in directions))
+        return [*fields, *ends], tuple(many)
+
+    def _strung(self, rows: list[Nilpotent], shape: tuple[int, ...], *directions: int) -> Vector:
+        """Their coefficients of the product of these e_i, (*shape, size)."""
+        widths = 3 * [self.degree + 1] + 3 * [1]
+        parts = [row.part(*directions) for row in rows]
+        return np.concatenate(
+            [np.broadcast_to(part, (*shape, n)) for part, n in zip(parts, widths, strict=True)], axis=-1
+        )
 
     def along_force(self, w: Vector, force: float, q: Vector) -> Vector:
         """dL/dF q while the straight state moves with the force: L s + ∂R/∂F = 0, D²R[(q, 0), (s, 1)]."""
-        pull = self.derivative(w, force, (np.zeros_like(w), 1.0))
-        shift = -np.linalg.solve(self.jacobian(w, force), pull)
+        _, L, pull = self.linearised(w, force)
+        shift = -np.linalg.solve(L, pull)
         return self.derivative(w, force, (q, 0.0), (shift, 1.0))
 
     def tip_row(self, w: Vector, force: float) -> Vector:
@@ -149,7 +170,7 @@ class DiscreteRod:
         )
 
 
-def _hopf_point(rod: DiscreteRod, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
+def hopf_point(rod: DiscreteRod, force: float, omega: float) -> tuple[float, float, Vector, Vector]:
     """(F, ω, q, p) with L(F) q = iω E q, p* L = iω p* E, ℓ q = 1, p* E q = 1.
 
     Newton's method on the scalar g(F, ω) of the bordered systems (Govaerts, Numerical Methods for

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.collocation import interpolation
-from rodwnl.continuation import Point, solve_at
-from rodwnl.cycles import PARITY, OrbitSystem, half_period
+from rodwnl.continuation import Point, root_at, solve_at
+from rodwnl.cycles import PARITY, OrbitSystem
 from rodwnl.errors import ComputationError
-from rodwnl.normalform import normal_form
+from rodwnl.halfperiod import half_period
+from rodwnl.normalform import DiscreteRod, hopf_point
 from rodwnl.strainform import RodLaw, integrals
 
 Array = NDArray[np.float64]
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 Resolution = tuple[int, int]  # phases in half a period (even), degree in u
 
 COARSE: Resolution = (8, 18)
-FINEST: Resolution = (40, 44)  # 5400 unknowns: a Newton step takes ten seconds and 0.5 GB
+FINEST: Resolution = (64, 80)  # 15700 unknowns: a Newton step takes 0.3 s and 0.2 GB
 ACCURACY = 1e-9  # relative, of A_tip and ω
 FLOOR = 1e-6  # of fields whose scale is 1
 NEGLIGIBLE = 1e-6  # tail aimed at: what it changes in A_tip and ω is about a thousand times smaller
@@ -149,25 +150,26 @@ class Onset:
 def onset(law: RodLaw, force: float, omega: float, resolution: Resolution = COARSE) -> Onset:
     """The Hopf point nearest to this guess. Raises ComputationError where there is none."""
     count, degree = resolution
-    form = normal_form(law, force, omega, degree)
-    system = OrbitSystem(law, count, degree, form.force, form.omega)
-    matrices = integrals(degree)
-    bending = form.mode[2 * (degree + 1) : -3]  # Π' of the mode, whose tip displacement is 1
-    angle = complex(form.mode[-1] - matrices.whole @ matrices.down @ bending)
-    return Onset(system, solve_at(system, system.begin(form, angle), -1, 0.0), 1 / abs(angle))
+    rod, space = DiscreteRod(law, degree), integrals(degree)
+    force, omega, mode, _ = hopf_point(rod, force, omega)  # the mode's tip displacement is 1
+    system = OrbitSystem(law, count, degree, force, omega)
+    bending = mode[2 * (degree + 1) : -3]  # its Π'
+    angle = complex(mode[-1] - space.whole @ space.down @ bending)
+    return Onset(system, solve_at(system, system.begin(mode / angle), -1, 0.0), 1 / abs(angle))
+
+
+def needed(now: int, tail: float, target: float) -> int:
+    """The even number at which a geometric tail would fall to the target, half to twice the present one."""
+    wanted = now * np.log(target) / np.log(min(max(tail, 1e-15), 0.5))
+    return int(2 * np.ceil(np.clip(wanted, now / 2, 2 * now) / 2))
 
 
 def suited(cycle: Cycle, target: float = NEGLIGIBLE) -> Resolution:
-    """The resolution at which geometric tails would fall to the target, half to twice the present one."""
-
-    def number(now: int, tail: float, finest: int) -> int:
-        wanted = now * np.log(target) / np.log(min(max(tail, 1e-15), 0.5))
-        return int(min(2 * np.ceil(np.clip(wanted, now / 2, 2 * now) / 2), finest))
-
-    in_time, in_space = cycle.tails
-    count, degree = cycle.system.count, cycle.system.degree
-    count, degree = number(count, in_time, FINEST[0]), number(degree, in_space, FINEST[1])
-    return max(count, COARSE[0]), max(degree, COARSE[1])
+    """The resolution at which the tails would fall to the target, from COARSE to FINEST."""
+    now = cycle.system.count, cycle.system.degree
+    wanted = [needed(number, tail, target) for number, tail in zip(now, cycle.tails, strict=True)]
+    count, degree = np.clip(wanted, COARSE, FINEST)
+    return int(count), int(degree)
 
 
 def finer(cycle: Cycle) -> Resolution:
@@ -192,9 +194,10 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
 
     cycle = _solved(guess.system, guess.X, force)
     while True:
-        if (cycle.system.count, cycle.system.degree) == FINEST:
+        # Both numbers must rise, or the change says nothing about one of the two errors
+        if cycle.system.count == FINEST[0] or cycle.system.degree == FINEST[1]:
             raise ComputationError(
-                f"the orbit at force {force:.6g} is not resolved by {FINEST[0]} phases and degree "
+                f"the orbit at force {force:.6g} is not resolved within {FINEST[0]} phases and degree "
                 f"{FINEST[1]} (tails {cycle.tails[0]:.0e}, {cycle.tails[1]:.0e})"
             )
         system, X = regridded(cycle, finer(cycle))
@@ -218,7 +221,7 @@ def orbit_at(guess: Cycle, force: float) -> Orbit:
 
 
 def _solved(system: OrbitSystem, guess: Array, force: float) -> Cycle:
-    cycle = Cycle(system, solve_at(system, guess, -2, force).X)
+    cycle = Cycle(system, root_at(system, guess, -2, force))
     if cycle.square <= 0 or cycle.omega <= 0:
         raise ComputationError(
             f"no orbit of this branch at force {force:.10g}: the solution continued to there has a² = "

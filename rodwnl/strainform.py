@@ -107,7 +107,7 @@ def strains(ends: Triple, slopes: Triple, degree: int) -> Triple:
 
 def velocities(law: RodLaw, z: Triple, slopes: Triple, force: Value) -> Triple:
     """(v1, v2, Ω) from the balance of forces and moments; F' is the stresses' derivative along z' = w."""
-    moving = [field + _ALONG * w for field, w in zip(z, slopes, strict=True)]
+    moving = [_joined(field, nilpotent(w)) for field, w in zip(z, slopes, strict=True)]
     (F1, F1_u), (F2, F2_u), (_, M_u) = (_split(stress) for stress in law.stress(*moving))
     h1, h2, pi = z
     gamma1, gamma2, gamma3 = law.drag(h1, h2, pi)
@@ -130,8 +130,9 @@ def residual(law: RodLaw, ends: Triple, slopes: Triple, force: Value, degree: in
         v2 + (pi * v1 - omega * h1).map(lambda a: a @ up),
         omega,
     )
-    at_tip = [nilpotent(field).map(lambda a: a[..., -1:]) for field in (pi.map(lambda a: a @ up), *v)]
-    imposed = law.load(at_tip[0], (at_tip[1], at_tip[2], at_tip[3]), force)
+    theta = pi.map(lambda a: a @ up[:, -1:])
+    at_tip = [nilpotent(field).map(lambda a: a[..., -1:]) for field in v]
+    imposed = law.load(theta, (at_tip[0], at_tip[1], at_tip[2]), force)
     f1, f2, m = (stress - load for stress, load in zip(law.stress(*ends), imposed, strict=True))
     return compatibility, (f1, f2, m)
 
@@ -153,7 +154,11 @@ def mass(degree: int) -> Matrix:
 
 
 _BIT = 1 << (SLOPE - 1)
-_ALONG = Nilpotent({0: 0.0, _BIT: 1.0})
+
+
+def _joined(value: Nilpotent, slope: Nilpotent) -> Nilpotent:
+    """f + e f', e = e_SLOPE."""
+    return Nilpotent(value.parts | {mask | _BIT: part for mask, part in slope.parts.items()})
 
 
 def _split(value: Nilpotent) -> tuple[Nilpotent, Nilpotent]:

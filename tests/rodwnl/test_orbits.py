@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rodwnl import harmonicsolve
 from rodwnl.collocation import discretise
-from rodwnl.continuation import solve_at
-from rodwnl.cycles import OrbitSystem, half_period
+from rodwnl.continuation import ConvergenceError, solve_at
+from rodwnl.cycles import OrbitSystem
 from rodwnl.errors import ComputationError
 from rodwnl.floquet import half_period_map, multipliers
+from rodwnl.halfperiod import half_period
+from rodwnl.harmonicsolve import gmres
 from rodwnl.laws import metric_drag
 from rodwnl.orbits import Cycle, Orbit, onset, orbit_at, suited
 from rodwnl.strainform import RodLaw, follower
@@ -77,8 +80,35 @@ def test_the_jacobian_is_the_derivative(law, s):
 
     J = system.linearised(X)[1]
     np.testing.assert_allclose(along(d), J @ d, atol=1e-8 * np.abs(J @ d).max())
-    by_square = J[:, -1]
-    np.testing.assert_allclose(along(np.eye(X.size)[-1]), by_square, atol=1e-4 * np.abs(by_square).max())
+    last = np.eye(X.size)[-1]
+    by_square = J @ last
+    np.testing.assert_allclose(along(last), by_square, atol=1e-4 * np.abs(by_square).max())
+
+
+@pytest.mark.parametrize("at_onset", [True, False])
+def test_solving_by_harmonics_solves_the_whole_matrix(orbit, at_onset):
+    """At the Hopf point, where iωE − L̄ is singular, and at an orbit with a tip angle of half a radian."""
+    begin = onset(STIFF, 37.66, 191.21)
+    system, X = (begin.system, begin.point.X) if at_onset else (orbit.cycle.system, orbit.cycle.X)
+    row = np.eye(X.size)[-1 if at_onset else -2]
+    J = system.linearised(X)[1]
+    right = np.random.default_rng(3).standard_normal(X.size)
+    whole = np.vstack([np.stack([J @ e for e in np.eye(X.size)], axis=1), row])
+    x = J.bordered(row)(right)
+    expected = np.linalg.solve(whole, right)
+    np.testing.assert_allclose(x, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_linear_equations_that_gmres_cannot_solve_are_said_so(monkeypatch):
+    monkeypatch.setattr(harmonicsolve, "MOST_STEPS", 8)
+    A = np.diag(np.arange(1.0, 9.0)) + np.triu(np.ones((8, 8)), 1)
+    b = np.ones(8)
+    np.testing.assert_allclose(gmres(lambda x: A @ x, lambda x: x, b), np.linalg.solve(A, b), rtol=1e-10)
+    np.testing.assert_array_equal(gmres(lambda x: A @ x, lambda x: x, 0 * b), 0 * b)
+    cyclic = np.roll(np.eye(16), 1, axis=0)  # no progress before the last of 16 steps
+    for right in (np.eye(16)[0], np.full(16, np.nan)):
+        with pytest.raises(ConvergenceError, match="not solved in 8 steps"):
+            gmres(lambda x: cyclic @ x, lambda x: x, right)
 
 
 @pytest.mark.parametrize("name", HOPF)

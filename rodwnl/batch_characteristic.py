@@ -6,7 +6,7 @@ exponential contributes to the boundary conditions. Lengths in L, times in γ2 L
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.batch_rods import Rods
+from rodwnl.compiled import kernel
+from rodwnl.recorded import Recorded, Tape
 from rodwnl.jets import Jet, Powers, exp, sqrt, value
 from rodwnl.jets import coefficients as by_power
 from rodwnl.straightrod import StraightRod
@@ -44,14 +46,16 @@ class Problem:
 
     def __getitem__(self, which: Any) -> Problem:
         """Of some of the rods, or of all in another shape."""
-        conditions = (
-            {i: _part(x, which) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment)
-        )
-        return Problem(tuple(_part(c, which) for c in self.exponents), *conditions)
+        return self.map(lambda c: c[which] if isinstance(c, np.ndarray | Jet) else c)
 
+    def map(self, change: Callable[[Any], Any]) -> Problem:
+        """The problem with every coefficient changed."""
 
-def _part(terms: dict[int, Any], which: Any) -> dict[int, Any]:
-    return {k: c[which] if isinstance(c, np.ndarray | Jet) else c for k, c in terms.items()}
+        def changed(terms: dict[int, Any]) -> dict[int, Any]:
+            return {k: change(c) for k, c in terms.items()}
+
+        conditions = ({i: changed(x) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment))
+        return Problem(tuple(map(changed, self.exponents)), *conditions)
 
 
 def problem(straight: StraightRod) -> Problem:
@@ -92,7 +96,7 @@ class Characteristic:
     @property
     def dominant(self) -> Any:
         """What dominates the scaled D for Re r1, Re r2 → ∞, at the last point of every line."""
-        return (self.clamped - self.mixed)[..., -1] / self.spurious[..., -1]
+        return (self.clamped - self.mixed)[-1] / self.spurious[-1]
 
 
 def characteristic(given: Problem, lam: Any) -> Characteristic:
@@ -176,10 +180,51 @@ def _minus(a: Any, b: Any) -> Any:
 def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     """Both roots of z² − s z + p = 0, without cancellation."""
     root = sqrt(discriminant)
-    side = np.where((np.conj(value(s)) * value(root)).real > 0, 0.5, -0.5)
+    side = ((np.conj(value(s)) * value(root)).real > 0) - 0.5
     larger = s * 0.5 + root * side
     return larger, p / larger
 
+
+FORMULAS = {}
+def formula(given, slopes):
+    kinds = given.map(lambda c: "jet" if isinstance(c, Jet) else "array" if isinstance(c, np.ndarray) else c)
+    key = repr((kinds, slopes))
+    if key not in FORMULAS:
+        FORMULAS[key] = _compiled(kinds, slopes)
+    return FORMULAS[key]
+
+def _compiled(kinds, slopes):
+    tape, names = Tape(), []
+    def column():
+        names.append(f"c{len(names)}")
+        return Recorded(tape, names[-1])
+    def recorded(kind):
+        if kind == "array":
+            return column()
+        if kind == "jet":
+            return Jet(column(), np.array([column(), Recorded(tape, 0.0)]))
+        return Recorded(tape, float(kind))
+    lam = Recorded(tape, "lam_re" if slopes else 0.0, "lam_im")
+    if slopes:
+        lam = Jet(lam, np.array([Recorded(tape, 0.0), Recorded(tape, 1.0)]))
+    D = characteristic(kinds.map(recorded), lam)
+    results = [D.scaled.value, *D.scaled.slopes] if slopes else [D.scaled, D.turn, (D.clamped-D.mixed)/D.spurious]
+    return kernel(tape, names, results)
+
+def columns(given):
+    found = []
+    def collect(c):
+        if isinstance(c, Jet): found.extend((c.value, c.slopes[0]))
+        elif isinstance(c, np.ndarray): found.append(c)
+    given.map(collect)
+    return found
+
+def along(given, omega):
+    if compiled := formula(given, False):
+        scaled, turn, dominant = compiled(columns(given), 1j * omega)
+        return scaled, turn[0].real, dominant[-1]
+    D = characteristic(given, 1j * omega)
+    return D.scaled, D.turn[0], D.dominant
 
 def sign_at_rest(given: Problem) -> Real:
     """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
@@ -201,6 +246,8 @@ def problem_with_slopes(rods: Rods, force: Real) -> Problem:
 
 def jet(given: Problem, lam: Complex) -> tuple[Complex, Complex, Complex]:
     """The scaled D and its derivatives, (D, D_F, D_λ), of a problem with slopes."""
+    if compiled:= formula(given, True):
+        return tuple(compiled(columns(given), lam[None])[:, 0])
     D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
     by_lam = np.eye(2)[1][:, None]
     for i in range(0, len(lam), BLOCK // 4):

@@ -26,7 +26,7 @@ from rodwnl.batch_characteristic import (
     Complex,
     Problem,
     Real,
-    characteristic,
+    along,
     jet,
     problem,
     problem_with_slopes,
@@ -98,7 +98,7 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
         for points, group in groups
         for i in range(0, len(group), BLOCK // points)
     ]
-    parts = [_phase(here[p, None], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
+    parts = [_phase(here[p], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
     seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
@@ -151,16 +151,15 @@ def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle:
     rate at which a wave of number q decays.
     """
     c4, c2, c0 = given.exponents
-    low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
-    q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
+    low, steps = np.log(lowest), np.arange(points)[:, None] / (points - 1)
+    q2 = np.exp(2 * (low + (np.log(highest) - low) * steps))  # (points, n), so that loops run over lines
     omega = c4[0] * q2 * q2 / (c0[1] - q2 * c2[1])
-    D = characteristic(given, 1j * omega)
-    scaled = D.scaled
-    turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
-    start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
+    scaled, turn, dominant = along(given, omega)
+    turns = np.angle(scaled[1:] * np.conj(scaled[:-1]))
+    start = scaled[0] * np.exp(1j * turn)
     if may_buckle:
-        start = start * sign_at_rest(given)[:, 0]
-    shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
+        start = start * sign_at_rest(given)
+    shortfall = np.angle(dominant) - (np.angle(start) - turn) - turns.sum(axis=0)
     unstable = np.rint(shortfall / np.pi)
     # far from a whole number: the line ends too early, or something overflowed
     whole = np.abs(shortfall / np.pi - unstable) < WHOLE
@@ -168,15 +167,15 @@ def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle:
 
     def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
         """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
-        before, after, low, high = (x[row, at + k] for x in (scaled, omega) for k in (0, 1))
-        return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
+        before, after, low, high = (x[at + k, line] for x in (scaled, omega) for k in (0, 1))
+        return 1j * (low - before * (high - low) / (after - before)), turns[at, line], low, high
 
-    row, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=1)
-    lost = np.abs(turns[row, sharpest]) > CLOSE
-    at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
+    line, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=0)
+    lost = np.abs(turns[sharpest, line]) > CLOSE
+    at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=0), turns.argmax(axis=0)))
     guess, turn, low, high = turn_at(at)
-    turns[row, at] = np.pi
-    other, other_turn, _, _ = turn_at(turns.argmin(axis=1))
+    turns[at, line] = np.pi
+    other, other_turn, _, _ = turn_at(turns.argmin(axis=0))
     return Phase(unstable, np.abs(turn) > NEAR, guess, lost, low, high, turn < 0, other, other_turn < -NEAR)
 
 

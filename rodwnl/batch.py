@@ -29,6 +29,7 @@ DEFAULT_MAX_FORCE = 400.0
 MOST = 4  # thresholds of a rod that are kept
 ACCURACY = 1e-9  # relative, of every number given out
 CHUNK = 8192  # rods: the memory used does not grow with their number
+COMPILED_FROM = 1000  # rods: compiling takes 2 s, the first time for a kind of rod
 ESCALATED_DIGITS, ACCURACY_OF_EXACT = 40, 1e-12  # working digits of the exact route, and what they must leave
 BASIC = ("k1", "k2", "gamma3", "gamma1")
 PER_ROD = ("status", "count", "buckling_force")
@@ -106,7 +107,8 @@ def landau_batch(
         ) from None
     if max_force is not None and not 0 < max_force < np.inf:
         raise InputError(f"max_force is {max_force}, but it must be positive and finite")
-    rods = Rods(model, dict(zip(given, (np.ravel(x) for x in arrays), strict=True)))
+    values = dict(zip(given, (np.ravel(x) for x in arrays), strict=True))
+    rods = Rods(model, values, compiled=arrays[0].size >= COMPILED_FROM)
     chunks = [slice(i, i + CHUNK) for i in range(0, len(rods), CHUNK)] or [slice(0)]
     parts = [_chunk(rods[p], max_force) for p in chunks]
     reasons = {

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem, problem_with_slopes, sign_at_rest
+from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem_with_slopes, sign_at_rest
+from rodwnl.batch_problem import problem
 from rodwnl.batch_rods import Rods
 
 FEWEST, MOST = 64, 1024  # samples per rod

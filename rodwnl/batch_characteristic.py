@@ -1,23 +1,21 @@
 """The closed characteristic function of many straight rods at once, with analytic derivatives.
 
-Everything specific to a model comes from its emitted functions: the polynomial of the exponents, and what one
-exponential contributes to the boundary conditions. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+One formula, `characteristic`, for arrays, Jets, and numbers that a compiler is told about: `along` and `jet`
+run it on many points, compiled if the problem asks for it. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rodwnl.batch_problem import Problem, Terms, compiled_formula, problem
 from rodwnl.batch_rods import Rods
-from rodwnl.compiled import kernel
-from rodwnl.recorded import Recorded, Tape
-from rodwnl.jets import Jet, Powers, exp, sqrt, value
-from rodwnl.jets import coefficients as by_power
+from rodwnl.jets import Jet, exp, sqrt, value
 from rodwnl.straightrod import StraightRod
 
 Real = NDArray[np.float64]
@@ -25,53 +23,6 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 
 BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, not larger ones
 SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
-
-
-RATE = 100  # Kronecker's substitution: λ = r^RATE, so that r^i λ^j is the power i + RATE j
-Terms = dict[int, dict[int, Any]]
-
-
-@dataclass(frozen=True)
-class Problem:
-    """The linear problem of straight rods as polynomials: real arrays, or Jets, as coefficients.
-
-    exponents: c4, c2, c0 of c4 r⁴ + c2 r² + c0 = 0, by powers of λ. clamp, shear, moment: what e^{ru} adds to
-    Θ(0) and to the stresses minus load at the tip over their stiffness, by powers of r, then of λ.
-    """
-
-    exponents: tuple[dict[int, Any], ...]
-    clamp: Terms
-    shear: Terms
-    moment: Terms
-
-    def __getitem__(self, which: Any) -> Problem:
-        """Of some of the rods, or of all in another shape."""
-        return self.map(lambda c: c[which] if isinstance(c, np.ndarray | Jet) else c)
-
-    def map(self, change: Callable[[Any], Any]) -> Problem:
-        """The problem with every coefficient changed."""
-
-        def changed(terms: dict[int, Any]) -> dict[int, Any]:
-            return {k: change(c) for k, c in terms.items()}
-
-        conditions = ({i: changed(x) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment))
-        return Problem(tuple(map(changed, self.exponents)), *conditions)
-
-
-def problem(straight: StraightRod) -> Problem:
-    """The emitted formulas, called with r and λ as variables of polynomials."""
-    r, lam = Powers({1: 1}), Powers({RATE: 1})
-    _, *conditions = straight("boundary_column", r=r, exp_r=1, lam=lam)
-    exponents = (_by_r_and_lam(c)[0] for c in straight("exponent_polynomial", lam=lam))
-    return Problem(tuple(exponents), *map(_by_r_and_lam, conditions))
-
-
-def _by_r_and_lam(formula: Any) -> Terms:
-    terms: Terms = {}
-    for k, c in by_power(formula).items():
-        j = (k + RATE // 2) // RATE
-        terms.setdefault(k - RATE * j, {})[j] = c
-    return terms
 
 
 def _at(terms: dict[int, Any], lam: Any) -> Any:
@@ -93,10 +44,14 @@ class Characteristic:
     mixed: Any
     spurious: Any
 
+    def __getitem__(self, points: Any) -> Characteristic:
+        """At some of the points, by the first axis."""
+        return Characteristic(*(getattr(self, name)[points] for name in self.__dataclass_fields__))
+
     @property
     def dominant(self) -> Any:
-        """What dominates the scaled D for Re r1, Re r2 → ∞, at the last point of every line."""
-        return (self.clamped - self.mixed)[-1] / self.spurious[-1]
+        """What dominates the scaled D for Re r1, Re r2 → ∞."""
+        return (self.clamped - self.mixed) / self.spurious
 
 
 def characteristic(given: Problem, lam: Any) -> Characteristic:
@@ -185,47 +140,6 @@ def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     return larger, p / larger
 
 
-FORMULAS = {}
-def formula(given, slopes):
-    kinds = given.map(lambda c: "jet" if isinstance(c, Jet) else "array" if isinstance(c, np.ndarray) else c)
-    key = repr((kinds, slopes))
-    if key not in FORMULAS:
-        FORMULAS[key] = _compiled(kinds, slopes)
-    return FORMULAS[key]
-
-def _compiled(kinds, slopes):
-    tape, names = Tape(), []
-    def column():
-        names.append(f"c{len(names)}")
-        return Recorded(tape, names[-1])
-    def recorded(kind):
-        if kind == "array":
-            return column()
-        if kind == "jet":
-            return Jet(column(), np.array([column(), Recorded(tape, 0.0)]))
-        return Recorded(tape, float(kind))
-    lam = Recorded(tape, "lam_re" if slopes else 0.0, "lam_im")
-    if slopes:
-        lam = Jet(lam, np.array([Recorded(tape, 0.0), Recorded(tape, 1.0)]))
-    D = characteristic(kinds.map(recorded), lam)
-    results = [D.scaled.value, *D.scaled.slopes] if slopes else [D.scaled, D.turn, (D.clamped-D.mixed)/D.spurious]
-    return kernel(tape, names, results)
-
-def columns(given):
-    found = []
-    def collect(c):
-        if isinstance(c, Jet): found.extend((c.value, c.slopes[0]))
-        elif isinstance(c, np.ndarray): found.append(c)
-    given.map(collect)
-    return found
-
-def along(given, omega):
-    if compiled := formula(given, False):
-        scaled, turn, dominant = compiled(columns(given), 1j * omega)
-        return scaled, turn[0].real, dominant[-1]
-    D = characteristic(given, 1j * omega)
-    return D.scaled, D.turn[0], D.dominant
-
 def sign_at_rest(given: Problem) -> Real:
     """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
     D = characteristic(given, SMALL + 0j)
@@ -241,20 +155,41 @@ def exponents(straight: StraightRod, omega: Real) -> Complex:
 
 def problem_with_slopes(rods: Rods, force: Real) -> Problem:
     """The problem of n rods at these forces as Jets in (F, λ)."""
-    return problem(rods.at(Jet(force, np.repeat(np.eye(2)[0][:, None], len(force), axis=1))))
+    by_force = np.repeat(np.eye(2)[0][:, None], len(force), axis=1)
+    return problem(rods.at(Jet(force, by_force)), rods.compiled)
+
+
+def along(given: Problem, lam: Complex) -> tuple[Complex, Real, Complex]:
+    """On lines of points λ (points, n): the scaled D, Im(r1 + r2) at the first point and D's dominant term at
+    the last one.
+    """
+    if evaluate := compiled_formula(given, _along):
+        scaled, turn, dominant = evaluate(lam)
+        return scaled, turn[0].real, dominant[-1]
+    D = characteristic(given, lam)
+    return D.scaled, D[0].turn, D[-1].dominant
+
+
+def _along(given: Problem, lam: Any) -> tuple[Any, ...]:
+    D = characteristic(given, lam)
+    return D.scaled, D.turn, D.dominant
 
 
 def jet(given: Problem, lam: Complex) -> tuple[Complex, Complex, Complex]:
-    """The scaled D and its derivatives, (D, D_F, D_λ), of a problem with slopes."""
-    if compiled:= formula(given, True):
-        return tuple(compiled(columns(given), lam[None])[:, 0])
-    D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
-    by_lam = np.eye(2)[1][:, None]
+    """The scaled D and its derivatives, (D, D_F, D_λ), (n,) each, of a problem with slopes."""
+    if evaluate := compiled_formula(given, _jet):
+        D, D_F, D_lam = evaluate(lam[None])[:, 0]
+        return D, D_F, D_lam
+    D, D_F, D_lam = np.empty((3, len(lam)), dtype=complex)
     for i in range(0, len(lam), BLOCK // 4):
         part = slice(i, i + BLOCK // 4)
-        found: Jet = characteristic(given[part], Jet(lam[part], by_lam)).scaled
-        D[part], D_F[part], D_lam[part] = found.value, found.slopes[0], found.slopes[1]
+        D[part], D_F[part], D_lam[part] = _jet(given[part], lam[part])
     return D, D_F, D_lam
+
+
+def _jet(given: Problem, lam: Any) -> tuple[Any, ...]:
+    found: Jet = characteristic(given, Jet(lam, np.eye(2)[1][:, None])).scaled
+    return found.value, *found.slopes
 
 
 def gradient(rods: Rods, names: Sequence[str], force: Real, lam: Complex) -> tuple[Complex, Complex]:

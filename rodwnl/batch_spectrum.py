@@ -21,17 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
-from rodwnl.batch_characteristic import (
-    BLOCK,
-    Complex,
-    Problem,
-    Real,
-    along,
-    jet,
-    problem,
-    problem_with_slopes,
-    sign_at_rest,
-)
+from rodwnl.batch_characteristic import BLOCK, Complex, Real, along, jet, problem_with_slopes, sign_at_rest
+from rodwnl.batch_problem import Problem, problem
 from rodwnl.batch_rods import Rods
 from rodwnl.straightrod import StraightRod
 
@@ -47,6 +38,7 @@ CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
 WHOLE, UNKNOWN = 0.2, -(10**6)  # of a number of eigenvalues: distance from an integer; the value if none
 MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
 MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
+COMPILED_BLOCK = 16 * BLOCK  # points at a time: less is done in temporary arrays
 MOST_STEPS = 12  # of Newton's method
 ROUGHLY = 1e-2  # relative error of Re λ, in following a pair
 CONVERGED = 1e-11  # a relative step of F and ω that leaves an error of its square
@@ -89,14 +81,15 @@ class Lines(Rows):
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
     straight = rods[rod].at(force)
-    here = problem(straight)
+    here = problem(straight, rods.compiled)
     lowest, highest = _range(straight, here)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
     groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
+    block = COMPILED_BLOCK if rods.compiled else BLOCK
     blocks = [
-        (points, group[i : i + BLOCK // points])
+        (points, group[i : i + block // points])
         for points, group in groups
-        for i in range(0, len(group), BLOCK // points)
+        for i in range(0, len(group), block // points)
     ]
     parts = [_phase(here[p], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
     seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
@@ -154,7 +147,7 @@ def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle:
     low, steps = np.log(lowest), np.arange(points)[:, None] / (points - 1)
     q2 = np.exp(2 * (low + (np.log(highest) - low) * steps))  # (points, n), so that loops run over lines
     omega = c4[0] * q2 * q2 / (c0[1] - q2 * c2[1])
-    scaled, turn, dominant = along(given, omega)
+    scaled, turn, dominant = along(given, 1j * omega)
     turns = np.angle(scaled[1:] * np.conj(scaled[:-1]))
     start = scaled[0] * np.exp(1j * turn)
     if may_buckle:

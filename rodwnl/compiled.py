@@ -79,7 +79,8 @@ def source(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> s
         body = [f"const double {name} = {place};" for name, place in given.items() if name in used]
         body += [*lines, *(f"{place} = {value};" for place, value in results)]
         inside = "".join(f"        {line}\n" for line in body)
-        return f"LOOP {name}(long n, {', '.join(pointers)})\n{{\n    for (long i = 0; i < n; i++) {{\n{inside}    }}\n}}\n"
+        head = f"LOOP {name}(long n, {', '.join(pointers)})"
+        return f"{head}\n{{\n    for (long i = 0; i < n; i++) {{\n{inside}    }}\n}}\n"
 
     first = loop(
         "exponents", given, [*pointers, *(f"double *restrict {p}_at" for p in powers)],
@@ -89,7 +90,7 @@ def source(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> s
         "results", given | {p: f"{p}_at[i]" for p in powers},
         [*pointers, *(f"const double *restrict {p}_at" for p in powers),
          *(f"double *restrict out{q}" for q in range(len(results)))],
-        [(f"out{q}[2*i{part}]", x) for q, z in enumerate(results) for part, x in (("", z.re), (" + 1", z.im))],
+        [(f"out{q}[2*i + {k}]", x) for q, z in enumerate(results) for k, x in enumerate((z.re, z.im))],
     )  # fmt: skip
     driver = DRIVER.format(
         powers=len(powers), power=", ".join(f"power[{k}]" for k in range(len(powers))),
@@ -115,7 +116,7 @@ def kernel(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> K
         points, n = lam.shape
         lam = np.ascontiguousarray(lam, dtype=complex)
         out = np.empty((number, points, n), dtype=complex)
-        held = [np.ascontiguousarray(np.broadcast_to(x, (n,)), dtype=float) for x in given]
+        held = [np.ascontiguousarray(x if x.shape == (n,) else np.broadcast_to(x, (n,))) for x in given]
         pointers = (ctypes.c_void_p * len(held))(*(x.ctypes.data for x in held))
         function(n, points, pointers, lam.ctypes.data, out.ctypes.data)
         return out
@@ -134,7 +135,10 @@ def _loaded(command: list[str], text: str) -> Any:
         code.write_text(text, encoding="ascii")
         try:
             subprocess.run(
-                [*command, *OPTIONS, "-o", library, code, "-lm"], check=True, capture_output=True, timeout=LONGEST
+                [*command, *OPTIONS, "-o", library, code, "-lm"],
+                check=True,
+                capture_output=True,
+                timeout=LONGEST,
             )
             found = _function(library)
         except (OSError, subprocess.SubprocessError, AttributeError):

@@ -6,6 +6,7 @@ from rodwnl import batch_characteristic as closed
 from rodwnl import batch_coefficients as coefficients
 from rodwnl import batch_spectrum as spectrum
 from rodwnl.batch import MOST, Status
+from rodwnl.batch_problem import problem
 from rodwnl.batch_rods import Rods
 from rodwnl.characteristic import characteristic
 from rodwnl.errors import InputError
@@ -179,7 +180,7 @@ def test_closed_form_is_the_determinant():
     lam = force * (rng.normal(size=(2, 30)) + 1j * rng.uniform(1, 10, (2, 30)))
     ratios = []
     for z in lam:
-        D = closed.characteristic(closed.problem(straight), z)
+        D = closed.characteristic(problem(straight), z)
         value, growth, _ = np.array(
             [
                 characteristic((a, b, c, 0.5), f, x)
@@ -206,8 +207,7 @@ def test_jets_are_derivatives():
         h = 1e-5 * arguments[i]
         ahead, back = ([a + s * h if j == i else a for j, a in enumerate(arguments)] for s in (1, -1))
         values = [
-            closed.characteristic(closed.problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled
-            for a in (ahead, back)
+            closed.characteristic(problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled for a in (ahead, back)
         ]
         np.testing.assert_allclose(
             slope * h, (values[0] - values[1]) / 2, atol=1e-7 * np.abs(D).max(), rtol=1e-5

@@ -32,6 +32,7 @@ R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
 POINTS = (11, 16, 25)  # on a line, from q = 1 or less to at least 8
+FARTHER, MORE_POINTS = 16, 40  # of a line on which the count was not whole: how much farther it goes
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
@@ -84,15 +85,13 @@ def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     here = problem(straight, rods.compiled)
     lowest, highest = _range(straight, here)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
-    groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
-    block = COMPILED_BLOCK if rods.compiled else BLOCK
-    blocks = [
-        (points, group[i : i + block // points])
-        for points, group in groups
-        for i in range(0, len(group), block // points)
-    ]
-    parts = [_phase(here[p], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
-    seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
+    seen = _phases(here, lowest, highest, np.array(POINTS)[enough], rods.may_buckle)
+    # Near the end of the straight rod D may come to its dominant term only far beyond the line's last point.
+    if (short := np.flatnonzero(seen.unstable == UNKNOWN)).size:
+        points = np.full(len(short), MORE_POINTS)
+        longer = _phases(here[short], lowest[short], FARTHER * highest[short], points, rods.may_buckle)
+        for name in seen.__dataclass_fields__:
+            getattr(seen, name)[short] = getattr(longer, name)
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
     lam, _ = follow(rods[rod[lost]], force[lost], seen.guess[lost])
@@ -136,6 +135,19 @@ def _range(straight: StraightRod, given: Problem) -> tuple[Real, Real]:
     return 1 / (1 + np.broadcast_to(_tip_drag(straight), straight.force.shape)), highest
 
 
+def _phases(given: Problem, lowest: Real, highest: Real, points: Index, may_buckle: bool) -> Phase:
+    """`_phase` of n lines with so many points, (n,), block by block."""
+    most = COMPILED_BLOCK if given.compiled else BLOCK
+    groups = [(count, np.flatnonzero(points == count)) for count in np.unique(points).tolist()]
+    blocks = [
+        (count, group[i : i + most // count])
+        for count, group in groups
+        for i in range(0, len(group), most // count)
+    ]
+    parts = [_phase(given[p], lowest[p], highest[p], count, may_buckle) for count, p in blocks]
+    return joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
+
+
 def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
@@ -158,7 +170,7 @@ def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle:
     whole = np.abs(shortfall / np.pi - unstable) < WHOLE
     unstable = np.where(whole, unstable, UNKNOWN).astype(int)
 
-    def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
+    def turn_at(at: Index) -> tuple[Any, ...]:
         """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
         before, after, low, high = (x[at + k, line] for x in (scaled, omega) for k in (0, 1))
         return 1j * (low - before * (high - low) / (after - before)), turns[at, line], low, high

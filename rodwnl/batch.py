@@ -46,6 +46,8 @@ class Status(IntEnum):
     ESCALATED = 2  # found, by the route of a single rod, which takes longer
     FAILED = 3  # see `reasons`
     BUCKLES = 4  # a real eigenvalue crosses, at `buckling_force`; beside it there may be thresholds
+    UNSTABLE = 5  # already without a force; there may be forces at which it becomes stable
+    MORE = 6  # than MOST thresholds: the first ones are given
 
 
 @dataclass(frozen=True)
@@ -156,17 +158,22 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
         good = (values["residual"] < ACCURACY) & (values["error"] < ACCURACY)
     count = np.bincount(found.rod, minlength=len(rods))
     number = np.arange(len(found.rod)) - (np.cumsum(count) - count)[found.rod]  # 0, 1, … within each rod
-    doubtful = found.undecided | set(found.rod[~good].tolist()) | set(np.flatnonzero(count > MOST).tolist())
-    keep = ~np.isin(found.rod, list(doubtful))
+    doubtful = found.undecided | set(found.rod[~good].tolist())
+    keep = ~np.isin(found.rod, list(doubtful)) & (number < MOST)
     for name, value in values.items():
         getattr(out, name)[which[found.rod[keep]], number[keep]] = value[keep]
-    out.count[which] = np.where(count > MOST, 0, count)
-    out.status[which] = np.where(count > 0, Status.FOUND, Status.NONE)
+    out.count[which] = np.minimum(count, MOST)
     out.buckling_force[which] = found.buckling
-    out.status[which[np.isfinite(found.buckling)]] = Status.BUCKLES
+    out.status[which] = _status(count, found.buckling, found.unloaded, Status.FOUND)
     for i in sorted(doubtful):
         _escalate(out, int(which[i]), everything, max_force)
     return out
+
+
+def _status(count: Any, buckling: Any, unloaded: Any, found: Status) -> Any:
+    """From the number of thresholds, a steady crossing or NaN, and how many eigenvalues are unstable at 0."""
+    cases = (count > MOST, unloaded > 0, np.isfinite(buckling), count > 0)
+    return np.select(cases, (Status.MORE, Status.UNSTABLE, Status.BUCKLES, found), Status.NONE)
 
 
 def _usable(rods: Rods, out: LandauBatch) -> NDArray[np.int_]:
@@ -215,13 +222,10 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return
-    if len(found) > MOST:
-        _refuse(out, rod, f"it has {len(found)} thresholds, more than the {MOST} that are kept")
-        return
-    out.status[rod], out.count[rod] = Status.ESCALATED if found else Status.NONE, len(found)
-    if search.steady:
-        out.status[rod], out.buckling_force[rod] = Status.BUCKLES, search.steady[0].force
-    for i, (threshold, values) in enumerate(zip(search, found, strict=True)):
+    buckling = search.steady[0].force if search.steady else np.nan
+    out.count[rod], out.buckling_force[rod] = min(len(found), MOST), buckling
+    out.status[rod] = _status(len(found), buckling, search.unstable_unloaded, Status.ESCALATED)
+    for i, (threshold, values) in enumerate(zip(search.thresholds[:MOST], found, strict=False)):
         alpha, beta = values["alpha"], values["beta"]
         values["A_tip2_slope"] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
         values["omega_slope"] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)

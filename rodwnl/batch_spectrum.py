@@ -227,7 +227,8 @@ class Crossings:
 
     rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton
     step of (F, ω), relative. undecided: indices of rods on which intervals were left open. buckling (n,): the
-    smallest force at which the leading eigenvalue crosses at 0, NaN where there is none.
+    smallest force at which the leading eigenvalue crosses at 0, NaN where there is none. unloaded (n,): how
+    many eigenvalues are unstable without a force, as under a spring that pushes.
     """
 
     rod: Index
@@ -237,6 +238,7 @@ class Crossings:
     residual: Real
     undecided: set[int]
     buckling: Real
+    unloaded: Index
 
 
 def thresholds(rods: Rods, max_force: Real) -> Crossings:
@@ -249,6 +251,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     """
     count = len(max_force)
     left, right = _first_intervals(rods, max_force)
+    unloaded = left.unstable[left.force == 0]
     buckling = np.full(count, np.nan)
     found: list[tuple[Any, ...]] = []
     hopeless: set[int] = set()
@@ -278,7 +281,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     order = np.lexsort((force, rod))
     undecided = hopeless | set(left.rod.tolist())
     return Crossings(
-        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling
+        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling, unloaded
     )
 
 
@@ -286,19 +289,18 @@ def _first_intervals(rods: Rods, max_force: Real) -> tuple[Lines, Lines]:
     """Intervals between lines at Chebyshev's points, and on both sides of every steady crossing."""
     count = len(max_force)
     rod, parts = np.arange(count), np.sin(np.pi / 2 * np.linspace(0, 1, FIRST_LINES)[1:]) ** 2
-    unloaded = Lines(
-        rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
-    )
     which, force = np.tile(rod, len(parts)), np.outer(parts, max_force).ravel()
     if not rods.may_buckle:
+        # its operator is negative at F = 0
+        unloaded = Lines(
+            rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
+        )
         loaded = lines(rods, which, force)
         return joined([unloaded, loaded[: -count or None]]), loaded
     crossing, steady = steady_crossings(rods, max_force)
-    which = np.concatenate([which, crossing, crossing])
-    force = np.concatenate(
-        [force, steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])]
-    )
-    everything = joined([unloaded, lines(rods, which, force)])
+    which = np.concatenate([rod, which, crossing, crossing])
+    beside = steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])
+    everything = lines(rods, which, np.concatenate([np.zeros(count), force, *beside]))
     ordered = everything[np.lexsort((everything.force, everything.rod))]
     same = np.flatnonzero(ordered.rod[1:] == ordered.rod[:-1])
     return ordered[same], ordered[same + 1]

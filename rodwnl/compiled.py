@@ -29,7 +29,11 @@ from rodwnl.models import cache_folder
 from rodwnl.recorded import PRELUDE, Recorded, Tape
 from rodwnl.storage import replacing
 
-OPTIONS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off", "-shared", "-fPIC")
+# The last two keep GCC from contracting: it does so for pairs of stores even where it is told not to.
+OPTIONS = (
+    "-shared", "-fPIC", "-O3", "-fno-math-errno", "-fno-trapping-math",
+    "-ffp-contract=off", "-fno-tree-slp-vectorize",
+)  # fmt: skip
 LONGEST = 120  # seconds that a compiler is given
 Complex = NDArray[np.complexfloating[Any, Any]]
 Kernel = Callable[[Sequence[NDArray[np.float64]], Complex], Complex]

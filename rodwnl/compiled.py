@@ -56,14 +56,14 @@ void evaluate(long n, long points, const double *const *column, const double *la
         for (long start = 0; start < n; start += BLOCK) {{
             const long count = n - start < BLOCK ? n - start : BLOCK;
             const double *const z = lam + 2*(point*n + start);
-            exponents(count, {columns}, z, {power});
+            exponents({given});
             for (int k = 0; k < {powers}; k += 2)
                 for (long i = 0; i < count; i++) {{
                     const double size = exp(power[k][i]), angle = power[k + 1][i];
                     power[k][i] = size*cos(angle);
                     power[k + 1][i] = size*sin(angle);
                 }}
-            results(count, {columns}, z, {power}, {out});
+            results({given}, {out});
         }}
 }}
 """
@@ -97,8 +97,11 @@ def source(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> s
         [(f"out{q}[2*i + {k}]", x) for q, z in enumerate(results) for k, x in enumerate((z.re, z.im))],
     )  # fmt: skip
     driver = DRIVER.format(
-        powers=len(powers), power=", ".join(f"power[{k}]" for k in range(len(powers))),
-        columns=", ".join(f"column[{k}] + start" for k in range(len(columns))),
+        powers=len(powers),
+        given=", ".join([
+            "count", *(f"column[{k}] + start" for k in range(len(columns))),
+            "z", *(f"power[{k}]" for k in range(len(powers))),
+        ]),
         out=", ".join(f"out + 2*(({q}*points + point)*n + start)" for q in range(len(results))),
     )  # fmt: skip
     return HEAD + PRELUDE + first + second + driver

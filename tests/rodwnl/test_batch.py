@@ -121,6 +121,19 @@ def test_rods_that_float64_cannot_settle_are_escalated(monkeypatch):
         np.testing.assert_allclose(getattr(found, name)[0], getattr(plain, name), rtol=1e-10)
 
 
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-17])  # together, or by itself
+def test_of_many_thresholds_the_first_are_given(monkeypatch, accuracy):
+    both = landau_batch(200, 1e4, 1e-4)
+    monkeypatch.setattr(batch, "MOST", 1)
+    monkeypatch.setattr(batch, "ACCURACY", accuracy)
+    found = landau_batch([200, 1e4], 1e4, 1e-4)
+    assert found.status[0] == Status.MORE
+    assert found.status[1] != Status.MORE
+    assert found.count.tolist() == [1, 1]
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(found, name)[0], getattr(both, name)[:1], rtol=1e-10)
+
+
 def test_refusals_of_the_exact_route_are_reasons(monkeypatch):
     from rodwnl import spectrum as single
 

@@ -135,7 +135,7 @@ def _loaded(command: list[str], text: str) -> Any:
     """The compiled function, from the folder where such are kept or compiled now."""
     machine = f"{sys.platform}\0{platform.machine()}\0{' '.join((*command, *OPTIONS))}\0"
     kept = cache_folder() / "compiled" / f"{hashlib.sha256((machine + text).encode()).hexdigest()[:32]}.so"
-    with suppress(OSError):
+    with suppress(OSError, AttributeError):  # there is none, or a damaged one
         return _function(kept)
     with tempfile.TemporaryDirectory() as folder:
         code, library = Path(folder) / "formula.c", Path(folder) / "formula.so"

@@ -21,7 +21,9 @@ from rodwnl.straightrod import StraightRod
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
-BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, not larger ones
+# Array elements at a time: the allocator reuses temporary arrays of 32 kB, not larger ones; a compiled formula
+# needs none.
+BLOCK, COMPILED_BLOCK = 2048, 32768
 SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
 
 
@@ -142,8 +144,9 @@ def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
 
 def sign_at_rest(given: Problem) -> Real:
     """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
-    D = characteristic(given, SMALL + 0j)
-    return np.asarray(np.sign((D.scaled * np.exp(1j * D.turn)).real))
+    at_rest = np.full((1, given.exponents[1][0].size), SMALL + 0j)
+    scaled, turn, _ = along(given, at_rest)
+    return np.asarray(np.sign((scaled[0] * np.exp(1j * turn)).real))
 
 
 def exponents(straight: StraightRod, omega: Real) -> Complex:

@@ -21,7 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
-from rodwnl.batch_characteristic import BLOCK, Complex, Real, along, jet, problem_with_slopes, sign_at_rest
+from rodwnl.batch_characteristic import (
+    BLOCK,
+    COMPILED_BLOCK,
+    Complex,
+    Real,
+    along,
+    jet,
+    problem_with_slopes,
+    sign_at_rest,
+)
 from rodwnl.batch_problem import Problem, problem
 from rodwnl.batch_rods import Rods
 from rodwnl.straightrod import StraightRod
@@ -39,7 +48,6 @@ CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
 WHOLE, UNKNOWN = 0.2, -(10**6)  # of a number of eigenvalues: distance from an integer; the value if none
 MARGIN = 0.1  # how far from the axis, of its variation, a followed pair must stay
 MOST_BISECTIONS, MOST_OPEN = 24, 24  # halvings of an interval; intervals of one rod open at a time
-COMPILED_BLOCK = 16 * BLOCK  # points at a time: less is done in temporary arrays
 MOST_STEPS = 12  # of Newton's method
 ROUGHLY = 1e-2  # relative error of Re λ, in following a pair
 CONVERGED = 1e-11  # a relative step of F and ω that leaves an error of its square

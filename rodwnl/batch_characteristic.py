@@ -21,7 +21,7 @@ from rodwnl.straightrod import StraightRod
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
-# Array elements at a time: the allocator reuses temporary arrays of 32 kB, not larger ones; a compiled formula
+# Array elements at a time: the allocator reuses temporary arrays of 32 kB, not larger ones; what is compiled
 # needs none.
 BLOCK, COMPILED_BLOCK = 2048, 32768
 SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1

@@ -9,8 +9,8 @@ found and α, β computed. The discretised normal form (exact directional deriva
 jaxcont are timed on the paper's first rod. They do not search for thresholds, they are given one; jaxcont is
 timed once it has compiled. Accuracies are printed beside.
 
-What the batch could reach is estimated from what it calls: every complex exponential, root and product, each at
-its own speed in NumPy on arrays that stay in the cache, and nothing else.
+What the batch could reach is estimated from what it calls: every complex exponential, root and product, each
+at its own speed in NumPy on arrays that stay in the cache, and nothing else.
 """
 
 import argparse

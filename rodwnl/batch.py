@@ -1,12 +1,13 @@
 """Thresholds and Landau coefficients of many rods at once, with a status for each rod.
 
 The numbers are those of `rodwnl.landau`, to a relative error of 1e-9; the work is done by
-`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what these cannot settle goes to the route of a
-single rod, one by one: in exact arithmetic for the plain rod.
+`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what these cannot settle is done one by one:
+coefficients that cancel in exact arithmetic, the rest by the route of a single rod.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -43,7 +44,9 @@ class Status(IntEnum):
 
     FOUND = 0  # thresholds with their coefficients, in float64
     NONE = 1  # no threshold in the range searched
-    ESCALATED = 2  # found, by the route of a single rod, which takes longer
+    ESCALATED = (
+        2  # found, with coefficients in more digits or by the route of a single rod, which take longer
+    )
     FAILED = 3  # see `reasons`
     BUCKLES = 4  # a real eigenvalue crosses, at `buckling_force`; beside it there may be thresholds
     UNSTABLE = 5  # already without a force; there may be forces at which it becomes stable
@@ -149,12 +152,13 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
         c = coefficients(rods[found.rod], found.force, found.omega)
         values = {
             "force": found.force, "omega": found.omega, "alpha": c.alpha, "beta": c.beta,
-            "A_tip2_slope": kernels.tip_amplitude_squared_slope(c.alpha.real, c.beta.real),
-            "omega_slope": kernels.frequency_slope(c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag),
             "crossing": np.where(found.slope.real > 0, 1, -1),
             "residual": np.maximum(c.residual, np.abs(c.beta - found.slope) / np.abs(c.beta)),
             "error": c.rounding,
         }  # fmt: skip
+    cancelled = _made_exact(rods, found.rod, values)
+    with np.errstate(all="ignore"):
+        values = _with_slopes(values)
         good = (values["residual"] < ACCURACY) & (values["error"] < ACCURACY)
     count = np.bincount(found.rod, minlength=len(rods))
     number = np.arange(len(found.rod)) - (np.cumsum(count) - count)[found.rod]  # 0, 1, … within each rod
@@ -164,13 +168,39 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
         getattr(out, name)[which[found.rod[keep]], number[keep]] = value[keep]
     out.count[which] = np.minimum(count, MOST)
     out.buckling_force[which] = found.buckling
-    out.status[which] = _status(count, found.buckling, found.unloaded, Status.FOUND)
+    route = np.where(np.isin(np.arange(len(rods)), cancelled), Status.ESCALATED, Status.FOUND)
+    out.status[which] = _status(count, found.buckling, found.unloaded, route)
     for i in sorted(doubtful):
         _escalate(out, int(which[i]), everything, max_force)
     return out
 
 
-def _status(count: Any, buckling: Any, unloaded: Any, found: Status) -> Any:
+def _made_exact(rods: Rods, rod: NDArray[np.int_], values: dict[str, Any]) -> NDArray[np.int_]:
+    """Put exact values where a threshold is sure but the integrals of its coefficients cancel.
+
+    Returns which rods, (thresholds made exact,).
+    """
+    cancels = np.flatnonzero((values["residual"] < ACCURACY) & ~(values["error"] < ACCURACY))
+    for i in cancels.tolist():
+        with suppress(
+            ArithmeticError, ComputationError
+        ):  # the rod is computed by itself below, for the reason
+            exact = _exact(rods.one(int(rod[i])), values["force"][i], values["omega"][i])
+            for name, number in exact.items():
+                values[name][i] = number
+    return rod[cancels]
+
+
+def _with_slopes(values: dict[str, Any]) -> dict[str, Any]:
+    """Numbers or arrays."""
+    alpha, beta = values["alpha"], values["beta"]
+    return values | {
+        "A_tip2_slope": kernels.tip_amplitude_squared_slope(alpha.real, beta.real),
+        "omega_slope": kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag),
+    }
+
+
+def _status(count: Any, buckling: Any, unloaded: Any, found: Any) -> Any:
     """From the number of thresholds, a steady crossing or NaN, and how many eigenvalues are unstable at 0."""
     cases = (count > MOST, unloaded > 0, np.isfinite(buckling), count > 0)
     return np.select(cases, (Status.MORE, Status.UNSTABLE, Status.BUCKLES, found), Status.NONE)
@@ -208,8 +238,8 @@ def _refuse(out: LandauBatch, rod: int, why: str) -> None:
 
 
 def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -> None:
-    """Compute one rod by itself: thresholds from the spectrum; coefficients of the plain rod in exact
-    arithmetic, of others by spectral integration.
+    """Compute one rod by itself: thresholds from the spectrum; coefficients in exact arithmetic or, where modes
+    are no exponentials, by spectral integration.
     """
     from rodwnl.spectrum import hopf_thresholds
 
@@ -218,7 +248,7 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     try:
         one = rods.one(rod)
         search = hopf_thresholds(one, max_force)
-        found = [(_exact if one.model == PLAIN else _collocated)(one, t) for t in search]
+        found = [_exact(one, t.force, t.omega) if uniform(one.model) else _collocated(one, t) for t in search]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return
@@ -226,12 +256,9 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     out.count[rod], out.buckling_force[rod] = min(len(found), MOST), buckling
     out.status[rod] = _status(len(found), buckling, search.unstable_unloaded, Status.ESCALATED)
     for i, (threshold, values) in enumerate(zip(search.thresholds[:MOST], found, strict=False)):
-        alpha, beta = values["alpha"], values["beta"]
-        values["A_tip2_slope"] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
-        values["omega_slope"] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)
         values["crossing"] = 1 if threshold.crossing == "destabilizing" else -1
-        values["residual"] = abs(beta - threshold.slope) / abs(beta)
-        for name, number in values.items():
+        values["residual"] = abs(values["beta"] - threshold.slope) / abs(values["beta"])
+        for name, number in _with_slopes(values).items():
             getattr(out, name)[rod, i] = number
 
 
@@ -250,7 +277,7 @@ def _collocated(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _exact(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
+def _exact(rod: RodParameters, force: float, omega: float) -> dict[str, Any]:
     """α and β with ESCALATED_DIGITS; the residuals compare two routes to each and must be small."""
     import mpmath as mp
 
@@ -258,7 +285,6 @@ def _exact(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
     from rodwnl.closedform import critical_state
     from rodwnl.exact import MpNumbers, refine_threshold
 
-    force, omega = threshold.force, threshold.omega
     with mp.workdps(ESCALATED_DIGITS):
         at = refine_threshold(rod, mp.mpf(force), mp.mpf(omega))
         found = in_closed_form(critical_state(rod, *at, MpNumbers()))

@@ -134,6 +134,21 @@ def test_of_many_thresholds_the_first_are_given(monkeypatch, accuracy):
         np.testing.assert_allclose(getattr(found, name)[0], getattr(both, name)[:1], rtol=1e-10)
 
 
+def test_coefficients_that_cancel_are_made_exact_one_by_one():
+    """Of both thresholds of this rod only the first one's coefficients cancel so far."""
+    from rodwnl.exact import exact_threshold
+
+    rod = (108.6898559, 429919.23948148, 0.35419229)
+    found = landau_batch(*rod)
+    assert found.status == Status.ESCALATED
+    assert found.count == 2
+    for i in range(2):
+        exact = exact_threshold(RodParameters(*rod), found.force[i], found.omega[i], 15)
+        for name in ("alpha", "beta"):
+            assert getattr(found, name)[i] == pytest.approx(complex(getattr(exact, name)), rel=1e-9)
+    assert (found.error < 1e-15).tolist()[:2] == [True, False]
+
+
 def test_refusals_of_the_exact_route_are_reasons(monkeypatch):
     from rodwnl import spectrum as single
 

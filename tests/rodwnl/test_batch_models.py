@@ -114,6 +114,17 @@ def test_a_rod_unstable_without_a_force_is_said_to_be_so_by_either_route(sprung,
     assert alone.buckling_force == pytest.approx(float(settled.buckling_force), rel=1e-9)
 
 
+def test_where_float64_has_too_few_digits_any_uniform_rod_is_made_exact(tip_drag):
+    rod = (117.86683056335714, 679973.4253911484, 0.30266394862914264)
+    found = landau_batch(*rod, model=tip_drag)
+    assert found.status == Status.ESCALATED
+    expected = landau(RodParameters(*rod, model=tip_drag))  # which takes the same step to more digits
+    assert found.count == len(expected) == 2
+    for j, c in enumerate(expected):
+        assert found.alpha[j] == pytest.approx(c.alpha, rel=1e-9)
+        assert found.beta[j] == pytest.approx(c.beta, rel=1e-9)
+
+
 def test_lines_are_long_enough_where_the_straight_rod_ends():
     """At a stretch of a thousandth D comes to its dominant term slowly; a line too short has no count."""
     k1 = [48.21338033119926, 26.067569228624706, 20.977181037153162]

@@ -238,8 +238,8 @@ def _refuse(out: LandauBatch, rod: int, why: str) -> None:
 
 
 def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -> None:
-    """Compute one rod by itself: thresholds from the spectrum; coefficients in exact arithmetic or, where modes
-    are no exponentials, by spectral integration.
+    """Compute one rod by itself: thresholds from the spectrum; coefficients in exact arithmetic, or by
+    spectral integration where modes are no exponentials.
     """
     from rodwnl.spectrum import hopf_thresholds
 

@@ -92,8 +92,15 @@ def compiled_formula(given: Problem, formula: Formula) -> Callable[[Complex], Co
         _kernels[key] = _recorded(kinds, formula)
     run = _kernels[key]
     columns: list[Any] = []
-    given.map(lambda c: columns.extend([c.value, c.slopes[0]] if isinstance(c, Jet) else [c]))
-    return run and partial(run, [c for c in columns if isinstance(c, np.ndarray)])
+
+    def collect(c: Any) -> None:
+        if isinstance(c, Jet):
+            columns.extend((c.value, c.slopes[0]))
+        elif isinstance(c, np.ndarray):
+            columns.append(c)
+
+    given.map(collect)
+    return run and partial(run, columns)
 
 
 def _recorded(kinds: Problem, formula: Formula) -> Kernel | None:

@@ -36,7 +36,7 @@ OPTIONS = (
 )  # fmt: skip
 LONGEST = 120  # seconds that a compiler is given
 Complex = NDArray[np.complexfloating[Any, Any]]
-Kernel = Callable[[Sequence[NDArray[np.float64]], Complex], Complex]
+Kernel = Callable[[Sequence[Any], Complex], Complex]  # of columns (n,) and λ (points, n)
 
 HEAD = """\
 #define _GNU_SOURCE
@@ -112,18 +112,21 @@ def kernel(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> K
 
     None where there is no compiler that takes it.
     """
-    command = shlex.split(os.environ.get("RODWNL_CC", os.environ.get("CC", "cc")))
-    text = source(tape, columns, results)
-    function = _loaded(command, text) if command else None
+    function = _loaded(source(tape, columns, results))
     if function is None:
         return None
-    number = len(results)
+    inputs, outputs = len(columns), len(results)
 
-    def evaluate(given: Sequence[NDArray[np.float64]], lam: Complex) -> Complex:
+    def evaluate(given: Sequence[Any], lam: Complex) -> Complex:
+        if len(given) != inputs:
+            raise ValueError(f"{len(given)} columns for a formula of {inputs}")  # C would read anywhere
         points, n = lam.shape
         lam = np.ascontiguousarray(lam, dtype=complex)
-        out = np.empty((number, points, n), dtype=complex)
-        held = [np.ascontiguousarray(x if x.shape == (n,) else np.broadcast_to(x, (n,))) for x in given]
+        out = np.empty((outputs, points, n), dtype=complex)
+        held = [
+            np.ascontiguousarray(x if np.shape(x) == (n,) else np.broadcast_to(x, (n,)), dtype=float)
+            for x in given
+        ]
         pointers = (ctypes.c_void_p * len(held))(*(x.ctypes.data for x in held))
         function(n, points, pointers, lam.ctypes.data, out.ctypes.data)
         return out
@@ -131,8 +134,13 @@ def kernel(tape: Tape, columns: Sequence[str], results: Sequence[Recorded]) -> K
     return evaluate
 
 
-def _loaded(command: list[str], text: str) -> Any:
-    """The compiled function, from the folder where such are kept or compiled now."""
+def _loaded(text: str) -> Any:
+    """The compiled function, from the folder where such are kept or compiled now; None without a compiler."""
+    command: list[str] = []
+    with suppress(ValueError):  # a quotation that does not end
+        command = shlex.split(os.environ.get("RODWNL_CC", os.environ.get("CC", "cc")))
+    if not command:
+        return None
     machine = f"{sys.platform}\0{platform.machine()}\0{' '.join((*command, *OPTIONS))}\0"
     kept = cache_folder() / "compiled" / f"{hashlib.sha256((machine + text).encode()).hexdigest()[:32]}.so"
     with suppress(OSError, AttributeError):  # there is none, or a damaged one

@@ -2,14 +2,15 @@
 
     python benchmarks/batch.py [--rods 16384] [--single 60] [--jaxcont .peers/jaxcont/bin/python]
     python benchmarks/batch.py --model quartic
+    python benchmarks/batch.py --numpy
 
 CPU seconds on the same random rods, k1 from 20 to 1e6, k2 from 5 to 1e6, gamma3 from 1e-6 to 1: thresholds
 found and α, β computed. The discretised normal form (exact directional derivatives, 33 Chebyshev points) and
 jaxcont are timed on the paper's first rod. They do not search for thresholds, they are given one; jaxcont is
 timed once it has compiled. Accuracies are printed beside.
 
-What the batch could reach is estimated from what it calls: every complex exponential, square root and product
-of its arrays, each at its own speed on arrays that stay in the cache, and nothing else.
+What the batch could reach is estimated from what it calls: every complex exponential, root and product, each
+at its own speed in NumPy on arrays that stay in the cache, and nothing else.
 """
 
 import argparse
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from rodwnl import RodParameters, landau, landau_batch
+from rodwnl import RodParameters, batch, landau, landau_batch
 from rodwnl import batch_coefficients as nodes
 from rodwnl import batch_spectrum as spectrum
 from rodwnl.batch import Status
@@ -33,7 +34,7 @@ from rodwnl.strainform import follower
 
 PAPER = (1e4, 1e4, 1e-4, 0.5)
 # Of one evaluation, counted in the source: complex exponentials, square roots, products (divisions as 7).
-POINT = (2, 3, 70)  # `characteristic` and what `_phase` does with it
+POINT = (2, 3, 70)  # `along` and what `_phase` does with it
 JET = (2, 3, 190)  # `jet`, with two slopes
 # `_evaluate`, the emitted kernels by their own counts; besides, 5 products with real matrices
 NODE = (2, 0, 105)
@@ -59,11 +60,11 @@ def sample(count: int) -> tuple[np.ndarray, ...]:
 def ideal(rods: tuple[np.ndarray, ...]) -> float:
     """Seconds for the exponentials, roots and products alone."""
     calls = {"points": 0, "jets": 0, "nodes": 0, "matrix": 0.0}
-    characteristic, jet, evaluate = spectrum.characteristic, spectrum.jet, nodes._evaluate
+    along, jet, evaluate = spectrum.along, spectrum.jet, nodes._evaluate
 
     def counted(given: Any, lam: Any) -> Any:
         calls["points"] += lam.size
-        return characteristic(given, lam)
+        return along(given, lam)
 
     def counted_jet(given: Any, lam: Any) -> Any:
         calls["jets"] += lam.size
@@ -75,11 +76,11 @@ def ideal(rods: tuple[np.ndarray, ...]) -> float:
         calls["matrix"] += 5 * 2 * rods_here * count * count  # real multiply-adds
         return evaluate(*arguments)
 
-    spectrum.characteristic, spectrum.jet, nodes._evaluate = counted, counted_jet, counted_nodes
+    spectrum.along, spectrum.jet, nodes._evaluate = counted, counted_jet, counted_nodes
     try:
         landau_batch(*rods)
     finally:
-        spectrum.characteristic, spectrum.jet, nodes._evaluate = characteristic, jet, evaluate
+        spectrum.along, spectrum.jet, nodes._evaluate = along, jet, evaluate
 
     z = np.exp(1j * np.linspace(0, 6, 1024))
     out, matrix = np.empty_like(z), np.ones((32, 32))
@@ -131,9 +132,12 @@ def main() -> None:
     parser.add_argument("--rods", type=int, default=16384)
     parser.add_argument("--single", type=int, default=60)
     parser.add_argument("--jaxcont", type=Path)
+    parser.add_argument("--numpy", action="store_true", help="nothing compiled")
     parser.add_argument("--model", default="follower", help="another rod: the batch alone, own defaults")
     arguments = parser.parse_args()
     rods, model = sample(arguments.rods), emitted(arguments.model)
+    if arguments.numpy:
+        batch.COMPILED_FROM = arguments.rods + 1
     landau_batch(*(p[:2000] for p in rods), model=model)
     seconds, found = timed(lambda: landau_batch(*rods, model=model))
     per_rod = seconds / arguments.rods

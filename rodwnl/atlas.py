@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rodwnl import kernels
 from rodwnl.batch import Status, landau_batch
@@ -160,12 +161,17 @@ def compute(
     return Sheet(one, data, tuple(special_curves(one, data)))
 
 
+def buckling(data: xarray.Dataset) -> NDArray[np.bool_]:
+    """Which rods have an unstable real eigenvalue at some force, or without one."""
+    return np.asarray(np.isfinite(data.buckling_force.values) | (data.status.values == Status.UNSTABLE))
+
+
 def count(data: xarray.Dataset) -> dict[str, Any]:
     """Rods per region, and thresholds by kind of crossing and criticality.
 
     Rods that buckle are in none of the regions by the number of thresholds.
     """
-    buckles = np.isfinite(data.buckling_force.values)
+    buckles = buckling(data)
     regular = ~buckles & (data.status.values != Status.FAILED)
     number, crossing, alpha = (
         data["count"].values,

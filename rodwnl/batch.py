@@ -1,12 +1,13 @@
 """Thresholds and Landau coefficients of many rods at once, with a status for each rod.
 
 The numbers are those of `rodwnl.landau`, to a relative error of 1e-9; the work is done by
-`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what these cannot settle goes to the route of a
-single rod, one by one: in exact arithmetic for the plain rod.
+`rodwnl.batch_spectrum` and `rodwnl.batch_coefficients`, and what these cannot settle is done one by one:
+coefficients that cancel in exact arithmetic, the rest by the route of a single rod.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,7 @@ DEFAULT_MAX_FORCE = 400.0
 MOST = 4  # thresholds of a rod that are kept
 ACCURACY = 1e-9  # relative, of every number given out
 CHUNK = 8192  # rods: the memory used does not grow with their number
+COMPILED_FROM = 1000  # rods: compiling takes 2 s, the first time for a kind of rod
 ESCALATED_DIGITS, ACCURACY_OF_EXACT = 40, 1e-12  # working digits of the exact route, and what they must leave
 BASIC = ("k1", "k2", "gamma3", "gamma1")
 PER_ROD = ("status", "count", "buckling_force")
@@ -42,9 +44,13 @@ class Status(IntEnum):
 
     FOUND = 0  # thresholds with their coefficients, in float64
     NONE = 1  # no threshold in the range searched
-    ESCALATED = 2  # found, by the route of a single rod, which takes longer
+    ESCALATED = (
+        2  # found, with coefficients in more digits or by the route of a single rod, which take longer
+    )
     FAILED = 3  # see `reasons`
     BUCKLES = 4  # a real eigenvalue crosses, at `buckling_force`; beside it there may be thresholds
+    UNSTABLE = 5  # already without a force; there may be forces at which it becomes stable
+    MORE = 6  # than MOST thresholds: the first ones are given
 
 
 @dataclass(frozen=True)
@@ -106,7 +112,8 @@ def landau_batch(
         ) from None
     if max_force is not None and not 0 < max_force < np.inf:
         raise InputError(f"max_force is {max_force}, but it must be positive and finite")
-    rods = Rods(model, dict(zip(given, (np.ravel(x) for x in arrays), strict=True)))
+    values = dict(zip(given, (np.ravel(x) for x in arrays), strict=True))
+    rods = Rods(model, values, compiled=arrays[0].size >= COMPILED_FROM)
     chunks = [slice(i, i + CHUNK) for i in range(0, len(rods), CHUNK)] or [slice(0)]
     parts = [_chunk(rods[p], max_force) for p in chunks]
     reasons = {
@@ -145,26 +152,58 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
         c = coefficients(rods[found.rod], found.force, found.omega)
         values = {
             "force": found.force, "omega": found.omega, "alpha": c.alpha, "beta": c.beta,
-            "A_tip2_slope": kernels.tip_amplitude_squared_slope(c.alpha.real, c.beta.real),
-            "omega_slope": kernels.frequency_slope(c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag),
             "crossing": np.where(found.slope.real > 0, 1, -1),
             "residual": np.maximum(c.residual, np.abs(c.beta - found.slope) / np.abs(c.beta)),
             "error": c.rounding,
         }  # fmt: skip
+    cancelled = _made_exact(rods, found.rod, values)
+    with np.errstate(all="ignore"):
+        values = _with_slopes(values)
         good = (values["residual"] < ACCURACY) & (values["error"] < ACCURACY)
     count = np.bincount(found.rod, minlength=len(rods))
     number = np.arange(len(found.rod)) - (np.cumsum(count) - count)[found.rod]  # 0, 1, … within each rod
-    doubtful = found.undecided | set(found.rod[~good].tolist()) | set(np.flatnonzero(count > MOST).tolist())
-    keep = ~np.isin(found.rod, list(doubtful))
+    doubtful = found.undecided | set(found.rod[~good].tolist())
+    keep = ~np.isin(found.rod, list(doubtful)) & (number < MOST)
     for name, value in values.items():
         getattr(out, name)[which[found.rod[keep]], number[keep]] = value[keep]
-    out.count[which] = np.where(count > MOST, 0, count)
-    out.status[which] = np.where(count > 0, Status.FOUND, Status.NONE)
+    out.count[which] = np.minimum(count, MOST)
     out.buckling_force[which] = found.buckling
-    out.status[which[np.isfinite(found.buckling)]] = Status.BUCKLES
+    route = np.where(np.isin(np.arange(len(rods)), cancelled), Status.ESCALATED, Status.FOUND)
+    out.status[which] = _status(count, found.buckling, found.unloaded, route)
     for i in sorted(doubtful):
         _escalate(out, int(which[i]), everything, max_force)
     return out
+
+
+def _made_exact(rods: Rods, rod: NDArray[np.int_], values: dict[str, Any]) -> NDArray[np.int_]:
+    """Put exact values where a threshold is sure but the integrals of its coefficients cancel.
+
+    Returns which rods, (thresholds made exact,).
+    """
+    cancels = np.flatnonzero((values["residual"] < ACCURACY) & ~(values["error"] < ACCURACY))
+    for i in cancels.tolist():
+        with suppress(
+            ArithmeticError, ComputationError
+        ):  # the rod is computed by itself below, for the reason
+            exact = _exact(rods.one(int(rod[i])), values["force"][i], values["omega"][i])
+            for name, number in exact.items():
+                values[name][i] = number
+    return rod[cancels]
+
+
+def _with_slopes(values: dict[str, Any]) -> dict[str, Any]:
+    """Numbers or arrays."""
+    alpha, beta = values["alpha"], values["beta"]
+    return values | {
+        "A_tip2_slope": kernels.tip_amplitude_squared_slope(alpha.real, beta.real),
+        "omega_slope": kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag),
+    }
+
+
+def _status(count: Any, buckling: Any, unloaded: Any, found: Any) -> Any:
+    """From the number of thresholds, a steady crossing or NaN, and how many eigenvalues are unstable at 0."""
+    cases = (count > MOST, unloaded > 0, np.isfinite(buckling), count > 0)
+    return np.select(cases, (Status.MORE, Status.UNSTABLE, Status.BUCKLES, found), Status.NONE)
 
 
 def _usable(rods: Rods, out: LandauBatch) -> NDArray[np.int_]:
@@ -199,8 +238,8 @@ def _refuse(out: LandauBatch, rod: int, why: str) -> None:
 
 
 def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -> None:
-    """Compute one rod by itself: thresholds from the spectrum; coefficients of the plain rod in exact
-    arithmetic, of others by spectral integration.
+    """Compute one rod by itself: thresholds from the spectrum; coefficients in exact arithmetic, or by
+    spectral integration where modes are no exponentials.
     """
     from rodwnl.spectrum import hopf_thresholds
 
@@ -209,23 +248,17 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     try:
         one = rods.one(rod)
         search = hopf_thresholds(one, max_force)
-        found = [(_exact if one.model == PLAIN else _collocated)(one, t) for t in search]
+        found = [_exact(one, t.force, t.omega) if uniform(one.model) else _collocated(one, t) for t in search]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return
-    if len(found) > MOST:
-        _refuse(out, rod, f"it has {len(found)} thresholds, more than the {MOST} that are kept")
-        return
-    out.status[rod], out.count[rod] = Status.ESCALATED if found else Status.NONE, len(found)
-    if search.steady:
-        out.status[rod], out.buckling_force[rod] = Status.BUCKLES, search.steady[0].force
-    for i, (threshold, values) in enumerate(zip(search, found, strict=True)):
-        alpha, beta = values["alpha"], values["beta"]
-        values["A_tip2_slope"] = kernels.tip_amplitude_squared_slope(alpha.real, beta.real)
-        values["omega_slope"] = kernels.frequency_slope(alpha.real, alpha.imag, beta.real, beta.imag)
+    buckling = search.steady[0].force if search.steady else np.nan
+    out.count[rod], out.buckling_force[rod] = min(len(found), MOST), buckling
+    out.status[rod] = _status(len(found), buckling, search.unstable_unloaded, Status.ESCALATED)
+    for i, (threshold, values) in enumerate(zip(search.thresholds[:MOST], found, strict=False)):
         values["crossing"] = 1 if threshold.crossing == "destabilizing" else -1
-        values["residual"] = abs(beta - threshold.slope) / abs(beta)
-        for name, number in values.items():
+        values["residual"] = abs(values["beta"] - threshold.slope) / abs(values["beta"])
+        for name, number in _with_slopes(values).items():
             getattr(out, name)[rod, i] = number
 
 
@@ -244,7 +277,7 @@ def _collocated(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _exact(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
+def _exact(rod: RodParameters, force: float, omega: float) -> dict[str, Any]:
     """α and β with ESCALATED_DIGITS; the residuals compare two routes to each and must be small."""
     import mpmath as mp
 
@@ -252,7 +285,6 @@ def _exact(rod: RodParameters, threshold: HopfThreshold) -> dict[str, Any]:
     from rodwnl.closedform import critical_state
     from rodwnl.exact import MpNumbers, refine_threshold
 
-    force, omega = threshold.force, threshold.omega
     with mp.workdps(ESCALATED_DIGITS):
         at = refine_threshold(rod, mp.mpf(force), mp.mpf(omega))
         found = in_closed_form(critical_state(rod, *at, MpNumbers()))

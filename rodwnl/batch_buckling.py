@@ -13,7 +13,16 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem, problem_with_slopes, sign_at_rest
+from rodwnl.batch_characteristic import (
+    BLOCK,
+    COMPILED_BLOCK,
+    SMALL,
+    Real,
+    jet,
+    problem_with_slopes,
+    sign_at_rest,
+)
+from rodwnl.batch_problem import problem
 from rodwnl.batch_rods import Rods
 
 FEWEST, MOST = 64, 1024  # samples per rod
@@ -29,7 +38,7 @@ def steady_crossings(rods: Rods, max_force: Real) -> tuple[NDArray[np.int_], Rea
     here = rods[rod]
     for _ in range(HALVINGS if rod.size else 0):
         middle = (low + high) / 2
-        same = sign_at_rest(problem(here.at(middle))) == below
+        same = sign_at_rest(problem(here.at(middle), rods.compiled)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return rod, settled(here, (low + high) / 2)
 
@@ -42,7 +51,7 @@ def _groups(rods: Rods, max_force: Real) -> Iterator[tuple[int, NDArray[np.int_]
     counts = FEWEST * 2 ** np.ceil(np.log2(np.clip(wave / RESOLVED, 1, MOST / FEWEST))).astype(int)
     for count in np.unique(counts).tolist():
         same = np.flatnonzero(counts == count)
-        size = max(BLOCK // count, 1)
+        size = max((COMPILED_BLOCK if rods.compiled else BLOCK) // count, 1)
         yield from ((count, same[i : i + size]) for i in range(0, len(same), size))
 
 
@@ -51,7 +60,8 @@ def _bracketed(
 ) -> tuple[NDArray[np.int_], Real, Real, Real]:
     """Rod, both ends of an interval and the sign at the lower one, for every change of sign."""
     force = max_force[part, None] * np.linspace(0, 1, count) ** 2
-    sign = sign_at_rest(problem(rods[part][:, None].at(force)))
+    everywhere = rods[np.repeat(part, count)].at(force.ravel())
+    sign = sign_at_rest(problem(everywhere, rods.compiled)).reshape(force.shape)
     rod, at = np.nonzero(sign[:, 1:] * sign[:, :-1] < 0)
     return part[rod], force[rod, at], force[rod, at + 1], sign[rod, at]
 

@@ -1,7 +1,7 @@
 """The closed characteristic function of many straight rods at once, with analytic derivatives.
 
-Everything specific to a model comes from its emitted functions: the polynomial of the exponents, and what one
-exponential contributes to the boundary conditions. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
+One formula, `characteristic`, for arrays, Jets, and numbers that a compiler is told about: `along` and `jet`
+run it on many points, compiled if the problem asks for it. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 """
 
 from __future__ import annotations
@@ -13,61 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rodwnl.batch_problem import Problem, Terms, compiled_formula, problem
 from rodwnl.batch_rods import Rods
-from rodwnl.jets import Jet, Powers, exp, sqrt, value
-from rodwnl.jets import coefficients as by_power
+from rodwnl.jets import Jet, exp, sqrt, value
 from rodwnl.straightrod import StraightRod
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating[Any, Any]]
 
-BLOCK = 2048  # array elements: the allocator reuses temporary arrays of 32 kB, not larger ones
+# Array elements at a time: the allocator reuses temporary arrays of 32 kB, not larger ones; what is compiled
+# needs none.
+BLOCK, COMPILED_BLOCK = 2048, 32768
 SMALL = 1e-9  # λ in place of 0; the slowest rates are about 1
-
-
-RATE = 100  # Kronecker's substitution: λ = r^RATE, so that r^i λ^j is the power i + RATE j
-Terms = dict[int, dict[int, Any]]
-
-
-@dataclass(frozen=True)
-class Problem:
-    """The linear problem of straight rods as polynomials: real arrays, or Jets, as coefficients.
-
-    exponents: c4, c2, c0 of c4 r⁴ + c2 r² + c0 = 0, by powers of λ. clamp, shear, moment: what e^{ru} adds to
-    Θ(0) and to the stresses minus load at the tip over their stiffness, by powers of r, then of λ.
-    """
-
-    exponents: tuple[dict[int, Any], ...]
-    clamp: Terms
-    shear: Terms
-    moment: Terms
-
-    def __getitem__(self, which: Any) -> Problem:
-        """Of some of the rods, or of all in another shape."""
-        conditions = (
-            {i: _part(x, which) for i, x in c.items()} for c in (self.clamp, self.shear, self.moment)
-        )
-        return Problem(tuple(_part(c, which) for c in self.exponents), *conditions)
-
-
-def _part(terms: dict[int, Any], which: Any) -> dict[int, Any]:
-    return {k: c[which] if isinstance(c, np.ndarray | Jet) else c for k, c in terms.items()}
-
-
-def problem(straight: StraightRod) -> Problem:
-    """The emitted formulas, called with r and λ as variables of polynomials."""
-    r, lam = Powers({1: 1}), Powers({RATE: 1})
-    _, *conditions = straight("boundary_column", r=r, exp_r=1, lam=lam)
-    exponents = (_by_r_and_lam(c)[0] for c in straight("exponent_polynomial", lam=lam))
-    return Problem(tuple(exponents), *map(_by_r_and_lam, conditions))
-
-
-def _by_r_and_lam(formula: Any) -> Terms:
-    terms: Terms = {}
-    for k, c in by_power(formula).items():
-        j = (k + RATE // 2) // RATE
-        terms.setdefault(k - RATE * j, {})[j] = c
-    return terms
 
 
 def _at(terms: dict[int, Any], lam: Any) -> Any:
@@ -89,10 +46,14 @@ class Characteristic:
     mixed: Any
     spurious: Any
 
+    def __getitem__(self, points: Any) -> Characteristic:
+        """At some of the points, by the first axis."""
+        return Characteristic(*(getattr(self, name)[points] for name in self.__dataclass_fields__))
+
     @property
     def dominant(self) -> Any:
-        """What dominates the scaled D for Re r1, Re r2 → ∞, at the last point of every line."""
-        return (self.clamped - self.mixed)[..., -1] / self.spurious[..., -1]
+        """What dominates the scaled D for Re r1, Re r2 → ∞."""
+        return (self.clamped - self.mixed) / self.spurious
 
 
 def characteristic(given: Problem, lam: Any) -> Characteristic:
@@ -176,15 +137,16 @@ def _minus(a: Any, b: Any) -> Any:
 def _roots(s: Any, p: Any, discriminant: Any) -> tuple[Any, Any]:
     """Both roots of z² − s z + p = 0, without cancellation."""
     root = sqrt(discriminant)
-    side = np.where((np.conj(value(s)) * value(root)).real > 0, 0.5, -0.5)
+    side = ((np.conj(value(s)) * value(root)).real > 0) - 0.5
     larger = s * 0.5 + root * side
     return larger, p / larger
 
 
 def sign_at_rest(given: Problem) -> Real:
     """The sign of D(F, 0), which is real; at a small λ, as it is 0/0 there."""
-    D = characteristic(given, SMALL + 0j)
-    return np.asarray(np.sign((D.scaled * np.exp(1j * D.turn)).real))
+    at_rest = np.full((1, given.exponents[1][0].size), SMALL + 0j)
+    scaled, turn, _ = along(given, at_rest)
+    return np.asarray(np.sign((scaled[0] * np.exp(1j * turn)).real))
 
 
 def exponents(straight: StraightRod, omega: Real) -> Complex:
@@ -196,18 +158,41 @@ def exponents(straight: StraightRod, omega: Real) -> Complex:
 
 def problem_with_slopes(rods: Rods, force: Real) -> Problem:
     """The problem of n rods at these forces as Jets in (F, λ)."""
-    return problem(rods.at(Jet(force, np.repeat(np.eye(2)[0][:, None], len(force), axis=1))))
+    by_force = np.repeat(np.eye(2)[0][:, None], len(force), axis=1)
+    return problem(rods.at(Jet(force, by_force)), rods.compiled)
+
+
+def along(given: Problem, lam: Complex) -> tuple[Complex, Real, Complex]:
+    """On lines of points λ (points, n): the scaled D, Im(r1 + r2) at the first point and D's dominant term at
+    the last one.
+    """
+    if evaluate := compiled_formula(given, _along):
+        scaled, turn, dominant = evaluate(lam)
+        return scaled, turn[0].real, dominant[-1]
+    D = characteristic(given, lam)
+    return D.scaled, D[0].turn, D[-1].dominant
+
+
+def _along(given: Problem, lam: Any) -> tuple[Any, ...]:
+    D = characteristic(given, lam)
+    return D.scaled, D.turn, D.dominant
 
 
 def jet(given: Problem, lam: Complex) -> tuple[Complex, Complex, Complex]:
-    """The scaled D and its derivatives, (D, D_F, D_λ), of a problem with slopes."""
-    D, (D_F, D_lam) = np.empty_like(lam), np.empty((2, len(lam)), dtype=complex)
-    by_lam = np.eye(2)[1][:, None]
+    """The scaled D and its derivatives, (D, D_F, D_λ), (n,) each, of a problem with slopes."""
+    if evaluate := compiled_formula(given, _jet):
+        D, D_F, D_lam = evaluate(lam[None])[:, 0]
+        return D, D_F, D_lam
+    D, D_F, D_lam = np.empty((3, len(lam)), dtype=complex)
     for i in range(0, len(lam), BLOCK // 4):
         part = slice(i, i + BLOCK // 4)
-        found: Jet = characteristic(given[part], Jet(lam[part], by_lam)).scaled
-        D[part], D_F[part], D_lam[part] = found.value, found.slopes[0], found.slopes[1]
+        D[part], D_F[part], D_lam[part] = _jet(given[part], lam[part])
     return D, D_F, D_lam
+
+
+def _jet(given: Problem, lam: Any) -> tuple[Any, ...]:
+    found: Jet = characteristic(given, Jet(lam, np.eye(2)[1][:, None])).scaled
+    return found.value, *found.slopes
 
 
 def gradient(rods: Rods, names: Sequence[str], force: Real, lam: Complex) -> tuple[Complex, Complex]:

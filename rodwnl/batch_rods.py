@@ -7,7 +7,7 @@ exponentials, so the emitted functions broadcast over rods. Lengths in L, times 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -26,13 +26,17 @@ BISECTIONS = 50  # of the range of forces, in which it is found where the straig
 
 @dataclass(frozen=True)
 class Rods:
-    """n rods of one model: every parameter by name, the model's own too, (n,) each, or Jets of them."""
+    """n rods of one model: every parameter by name, the model's own too, (n,) each, or Jets of them.
+
+    compiled: whether there are so many that it pays to compile their characteristic function.
+    """
 
     model: str
     values: Mapping[str, Any]
+    compiled: bool = False
 
     def __getitem__(self, which: Any) -> Rods:
-        return Rods(self.model, {name: array[which] for name, array in self.values.items()})
+        return replace(self, values={name: array[which] for name, array in self.values.items()})
 
     def __len__(self) -> int:
         return len(self.values["k1"])

@@ -23,15 +23,15 @@ from numpy.typing import NDArray
 from rodwnl.batch_buckling import BESIDE, settled, steady_crossings
 from rodwnl.batch_characteristic import (
     BLOCK,
+    COMPILED_BLOCK,
     Complex,
-    Problem,
     Real,
-    characteristic,
+    along,
     jet,
-    problem,
     problem_with_slopes,
     sign_at_rest,
 )
+from rodwnl.batch_problem import Problem, problem
 from rodwnl.batch_rods import Rods
 from rodwnl.straightrod import StraightRod
 
@@ -41,6 +41,7 @@ R = TypeVar("R", bound="Rows")
 
 FIRST_LINES = 9  # of the scan in the force: Chebyshev's points, as close to k1 much happens
 POINTS = (11, 16, 25)  # on a line, from q = 1 or less to at least 8
+FARTHER, MORE_POINTS = 16, 40  # of a line on which the count was not whole: how much farther it goes
 RATIO = 1.25  # of the wave numbers of neighbouring points, if the line does not end too far out for that
 NEAR = 1.2  # a turn of the phase between neighbouring points (radians) that betrays a pair near the axis
 CLOSE = 2.0  # a turn whose sense is not trusted: the pair itself is computed
@@ -89,17 +90,16 @@ class Lines(Rows):
 def lines(rods: Rods, rod: Index, force: Real) -> Lines:
     """The number of unstable eigenvalues at these forces (n,) of the rods with these indices (n,)."""
     straight = rods[rod].at(force)
-    here = problem(straight)
+    here = problem(straight, rods.compiled)
     lowest, highest = _range(straight, here)
     enough = np.searchsorted(RATIO ** (np.array(POINTS[:-1]) - 1), highest / lowest)
-    groups = [(points, np.flatnonzero(enough == i)) for i, points in enumerate(POINTS)]
-    blocks = [
-        (points, group[i : i + BLOCK // points])
-        for points, group in groups
-        for i in range(0, len(group), BLOCK // points)
-    ]
-    parts = [_phase(here[p, None], lowest[p], highest[p], points, rods.may_buckle) for points, p in blocks]
-    seen = joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
+    seen = _phases(here, lowest, highest, np.array(POINTS)[enough], rods.may_buckle)
+    # Near the end of the straight rod D may come to its dominant term only far beyond the line's last point.
+    if (short := np.flatnonzero(seen.unstable == UNKNOWN)).size:
+        points = np.full(len(short), MORE_POINTS)
+        longer = _phases(here[short], lowest[short], FARTHER * highest[short], points, rods.may_buckle)
+        for name in seen.__dataclass_fields__:
+            getattr(seen, name)[short] = getattr(longer, name)
     # A pair may be so close to the axis that the sense of its turn is lost: its own real part decides.
     lost = np.flatnonzero(seen.lost)
     lam, _ = follow(rods[rod[lost]], force[lost], seen.guess[lost])
@@ -143,6 +143,19 @@ def _range(straight: StraightRod, given: Problem) -> tuple[Real, Real]:
     return 1 / (1 + np.broadcast_to(_tip_drag(straight), straight.force.shape)), highest
 
 
+def _phases(given: Problem, lowest: Real, highest: Real, points: Index, may_buckle: bool) -> Phase:
+    """`_phase` of n lines with so many points, (n,), block by block."""
+    most = COMPILED_BLOCK if given.compiled else BLOCK
+    groups = [(count, np.flatnonzero(points == count)) for count in np.unique(points).tolist()]
+    blocks = [
+        (count, group[i : i + most // count])
+        for count, group in groups
+        for i in range(0, len(group), most // count)
+    ]
+    parts = [_phase(given[p], lowest[p], highest[p], count, may_buckle) for count, p in blocks]
+    return joined(parts)[np.argsort(np.concatenate([p for _, p in blocks]))]
+
+
 def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle: bool) -> Phase:
     """The argument principle: arg D from ω = 0 to ∞ falls short of that of D's dominant term by π each.
 
@@ -151,32 +164,31 @@ def _phase(given: Problem, lowest: Real, highest: Real, points: int, may_buckle:
     rate at which a wave of number q decays.
     """
     c4, c2, c0 = given.exponents
-    low, steps = np.log(lowest)[:, None], np.arange(points) / (points - 1)
-    q2 = np.exp(2 * (low + (np.log(highest)[:, None] - low) * steps))
+    low, steps = np.log(lowest), np.arange(points)[:, None] / (points - 1)
+    q2 = np.exp(2 * (low + (np.log(highest) - low) * steps))  # (points, n), so that loops run over lines
     omega = c4[0] * q2 * q2 / (c0[1] - q2 * c2[1])
-    D = characteristic(given, 1j * omega)
-    scaled = D.scaled
-    turns = np.angle(scaled[:, 1:] * np.conj(scaled[:, :-1]))
-    start = scaled[:, 0] * np.exp(1j * D.turn[:, 0])
+    scaled, turn, dominant = along(given, 1j * omega)
+    turns = np.angle(scaled[1:] * np.conj(scaled[:-1]))
+    start = scaled[0] * np.exp(1j * turn)
     if may_buckle:
-        start = start * sign_at_rest(given)[:, 0]
-    shortfall = np.angle(D.dominant) - (np.angle(start) - D.turn[:, 0]) - turns.sum(axis=1)
+        start = start * sign_at_rest(given)
+    shortfall = np.angle(dominant) - (np.angle(start) - turn) - turns.sum(axis=0)
     unstable = np.rint(shortfall / np.pi)
     # far from a whole number: the line ends too early, or something overflowed
     whole = np.abs(shortfall / np.pi - unstable) < WHOLE
     unstable = np.where(whole, unstable, UNKNOWN).astype(int)
 
-    def turn_at(at: Index) -> tuple[Complex, Real, Real, Real]:
+    def turn_at(at: Index) -> tuple[Any, ...]:
         """The pair that makes D turn after this point, by D's secant; the turn, and ω on both sides."""
-        before, after, low, high = (x[row, at + k] for x in (scaled, omega) for k in (0, 1))
-        return 1j * (low - before * (high - low) / (after - before)), turns[row, at], low, high
+        before, after, low, high = (x[at + k, line] for x in (scaled, omega) for k in (0, 1))
+        return 1j * (low - before * (high - low) / (after - before)), turns[at, line], low, high
 
-    row, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=1)
-    lost = np.abs(turns[row, sharpest]) > CLOSE
-    at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=1), turns.argmax(axis=1)))
+    line, sharpest = np.arange(len(start)), np.abs(turns).argmax(axis=0)
+    lost = np.abs(turns[sharpest, line]) > CLOSE
+    at = np.where(lost, sharpest, np.where(unstable > 0, turns.argmin(axis=0), turns.argmax(axis=0)))
     guess, turn, low, high = turn_at(at)
-    turns[row, at] = np.pi
-    other, other_turn, _, _ = turn_at(turns.argmin(axis=1))
+    turns[at, line] = np.pi
+    other, other_turn, _, _ = turn_at(turns.argmin(axis=0))
     return Phase(unstable, np.abs(turn) > NEAR, guess, lost, low, high, turn < 0, other, other_turn < -NEAR)
 
 
@@ -223,7 +235,8 @@ class Crossings:
 
     rod, force, omega (m,). slope (m,): dλ/dF from the characteristic function. residual (m,): last Newton
     step of (F, ω), relative. undecided: indices of rods on which intervals were left open. buckling (n,): the
-    smallest force at which the leading eigenvalue crosses at 0, NaN where there is none.
+    smallest force at which the leading eigenvalue crosses at 0, NaN where there is none. unloaded (n,): how
+    many eigenvalues are unstable without a force, as under a spring that pushes.
     """
 
     rod: Index
@@ -233,6 +246,7 @@ class Crossings:
     residual: Real
     undecided: set[int]
     buckling: Real
+    unloaded: Index
 
 
 def thresholds(rods: Rods, max_force: Real) -> Crossings:
@@ -245,6 +259,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     """
     count = len(max_force)
     left, right = _first_intervals(rods, max_force)
+    unloaded = left.unstable[left.force == 0]
     buckling = np.full(count, np.nan)
     found: list[tuple[Any, ...]] = []
     hopeless: set[int] = set()
@@ -274,7 +289,7 @@ def thresholds(rods: Rods, max_force: Real) -> Crossings:
     order = np.lexsort((force, rod))
     undecided = hopeless | set(left.rod.tolist())
     return Crossings(
-        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling
+        rod[order], force[order], omega[order], slope[order], residual[order], undecided, buckling, unloaded
     )
 
 
@@ -282,19 +297,18 @@ def _first_intervals(rods: Rods, max_force: Real) -> tuple[Lines, Lines]:
     """Intervals between lines at Chebyshev's points, and on both sides of every steady crossing."""
     count = len(max_force)
     rod, parts = np.arange(count), np.sin(np.pi / 2 * np.linspace(0, 1, FIRST_LINES)[1:]) ** 2
-    unloaded = Lines(
-        rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
-    )
     which, force = np.tile(rod, len(parts)), np.outer(parts, max_force).ravel()
     if not rods.may_buckle:
+        # its operator is negative at F = 0
+        unloaded = Lines(
+            rod, np.zeros(count), np.zeros(count, int), np.zeros(count, bool), np.full(count, np.nan + 0j)
+        )
         loaded = lines(rods, which, force)
         return joined([unloaded, loaded[: -count or None]]), loaded
     crossing, steady = steady_crossings(rods, max_force)
-    which = np.concatenate([which, crossing, crossing])
-    force = np.concatenate(
-        [force, steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])]
-    )
-    everything = joined([unloaded, lines(rods, which, force)])
+    which = np.concatenate([rod, which, crossing, crossing])
+    beside = steady * (1 - BESIDE), np.minimum(steady * (1 + BESIDE), max_force[crossing])
+    everything = lines(rods, which, np.concatenate([np.zeros(count), force, *beside]))
     ordered = everything[np.lexsort((everything.force, everything.rod))]
     same = np.flatnonzero(ordered.rod[1:] == ordered.rod[:-1])
     return ordered[same], ordered[same + 1]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.atlas import PAPER, REGIONS, Map, Sheet
+from rodwnl.atlas import PAPER, REGIONS, Map, Sheet, buckling
 from rodwnl.drawings import style
 from rodwnl.parameters import PLAIN
 from rodwnl.storage import replacing
@@ -77,7 +77,7 @@ def draw(sheet: Sheet, path: Path) -> None:
 
 def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
     number, crossing, alpha = data["count"].values, data.crossing.values, data.alpha_re.values
-    buckles = np.isfinite(data.buckling_force.values)
+    buckles = buckling(data)
     most = int(number[~buckles].max(initial=0))
 
     def criticality(at: NDArray[np.bool_]) -> NDArray[np.int_]:

@@ -6,6 +6,7 @@ from rodwnl import batch_characteristic as closed
 from rodwnl import batch_coefficients as coefficients
 from rodwnl import batch_spectrum as spectrum
 from rodwnl.batch import MOST, Status
+from rodwnl.batch_problem import problem
 from rodwnl.batch_rods import Rods
 from rodwnl.characteristic import characteristic
 from rodwnl.errors import InputError
@@ -120,6 +121,34 @@ def test_rods_that_float64_cannot_settle_are_escalated(monkeypatch):
         np.testing.assert_allclose(getattr(found, name)[0], getattr(plain, name), rtol=1e-10)
 
 
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-17])  # together, or by itself
+def test_of_many_thresholds_the_first_are_given(monkeypatch, accuracy):
+    both = landau_batch(200, 1e4, 1e-4)
+    monkeypatch.setattr(batch, "MOST", 1)
+    monkeypatch.setattr(batch, "ACCURACY", accuracy)
+    found = landau_batch([200, 1e4], 1e4, 1e-4)
+    assert found.status[0] == Status.MORE
+    assert found.status[1] != Status.MORE
+    assert found.count.tolist() == [1, 1]
+    for name in NUMBERS:
+        np.testing.assert_allclose(getattr(found, name)[0], getattr(both, name)[:1], rtol=1e-10)
+
+
+def test_coefficients_that_cancel_are_made_exact_one_by_one():
+    """Of both thresholds of this rod only the first one's coefficients cancel so far."""
+    from rodwnl.exact import exact_threshold
+
+    rod = (108.6898559, 429919.23948148, 0.35419229)
+    found = landau_batch(*rod)
+    assert found.status == Status.ESCALATED
+    assert found.count == 2
+    for i in range(2):
+        exact = exact_threshold(RodParameters(*rod), found.force[i], found.omega[i], 15)
+        for name in ("alpha", "beta"):
+            assert getattr(found, name)[i] == pytest.approx(complex(getattr(exact, name)), rel=1e-9)
+    assert (found.error < 1e-15).tolist()[:2] == [True, False]
+
+
 def test_refusals_of_the_exact_route_are_reasons(monkeypatch):
     from rodwnl import spectrum as single
 
@@ -179,7 +208,7 @@ def test_closed_form_is_the_determinant():
     lam = force * (rng.normal(size=(2, 30)) + 1j * rng.uniform(1, 10, (2, 30)))
     ratios = []
     for z in lam:
-        D = closed.characteristic(closed.problem(straight), z)
+        D = closed.characteristic(problem(straight), z)
         value, growth, _ = np.array(
             [
                 characteristic((a, b, c, 0.5), f, x)
@@ -206,8 +235,7 @@ def test_jets_are_derivatives():
         h = 1e-5 * arguments[i]
         ahead, back = ([a + s * h if j == i else a for j, a in enumerate(arguments)] for s in (1, -1))
         values = [
-            closed.characteristic(closed.problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled
-            for a in (ahead, back)
+            closed.characteristic(problem(batch_of(*a[:3]).at(a[3])), a[4]).scaled for a in (ahead, back)
         ]
         np.testing.assert_allclose(
             slope * h, (values[0] - values[1]) / 2, atol=1e-7 * np.abs(D).max(), rtol=1e-5

@@ -9,6 +9,7 @@ import pytest
 from rodwnl import (
     RodParameters,
     atlas,
+    batch,
     cli,
     curves,
     hopf_thresholds,
@@ -88,16 +89,53 @@ def test_agrees_with_the_single_rod_route(model, own):
 
 def test_a_spring_alone_at_the_tip(sprung):
     """Of the two terms that mix even and odd shapes it has one."""
-    kappa = [-0.5, 5.0, 50.0]
+    kappa = [-0.5, 5.0, 50.0, -1.1, -5.0]
     rods = [sprung(("200", "1e4", "1e-4"), k) for k in kappa]
     found = landau_batch(200.0, 1e4, 1e-4, model=rods[0].model, kappa=kappa)
-    assert found.status.tolist() == [Status.FOUND, Status.BUCKLES, Status.BUCKLES]
+    assert found.status.tolist() == [
+        Status.FOUND, Status.BUCKLES, Status.BUCKLES, Status.UNSTABLE, Status.UNSTABLE,
+    ]  # fmt: skip
     for i, rod in enumerate(rods):
         search = hopf_thresholds(rod)
+        assert (found.status[i] == Status.UNSTABLE) == (search.unstable_unloaded > 0)
         forces = found.force[i, : found.count[i]]
         assert forces == pytest.approx([t.force for t in search], rel=1e-9)
         if search.steady:
             assert found.buckling_force[i] == pytest.approx(search.steady[0].force, rel=1e-9)
+
+
+def test_a_rod_unstable_without_a_force_is_said_to_be_so_by_either_route(sprung, monkeypatch):
+    model = sprung(("200", "1e4", "1e-4"), -1.1).model
+    settled = landau_batch(200.0, 1e4, 1e-4, model=model, kappa=-1.1)
+    monkeypatch.setattr(batch, "ACCURACY", 1e-17)
+    alone = landau_batch(200.0, 1e4, 1e-4, model=model, kappa=-1.1)
+    assert settled.status == alone.status == Status.UNSTABLE
+    assert settled.count == alone.count == 2
+    assert alone.buckling_force == pytest.approx(float(settled.buckling_force), rel=1e-9)
+
+
+def test_where_float64_has_too_few_digits_any_uniform_rod_is_made_exact(tip_drag):
+    rod = (117.86683056335714, 679973.4253911484, 0.30266394862914264)
+    found = landau_batch(*rod, model=tip_drag)
+    assert found.status == Status.ESCALATED
+    expected = landau(RodParameters(*rod, model=tip_drag))  # which takes the same step to more digits
+    assert found.count == len(expected) == 2
+    for j, c in enumerate(expected):
+        assert found.alpha[j] == pytest.approx(c.alpha, rel=1e-9)
+        assert found.beta[j] == pytest.approx(c.beta, rel=1e-9)
+
+
+def test_lines_are_long_enough_where_the_straight_rod_ends():
+    """At a stretch of a thousandth D comes to its dominant term slowly; a line too short has no count."""
+    k1 = [48.21338033119926, 26.067569228624706, 20.977181037153162]
+    k2 = [70.86361470456613, 58.53642650858118, 40.08762931181712]
+    gamma3 = [5.024184855872888e-06, 2.2431127555049036e-06, 1.0209492626038288e-05]
+    found = landau_batch(k1, k2, gamma3, model="partial_follower")
+    assert found.status.tolist() == [Status.FOUND, Status.NONE, Status.NONE]
+    for i, values in enumerate(zip(k1, k2, gamma3, strict=True)):
+        rod = RodParameters(*values, model="partial_follower")
+        assert_same_numbers(found, i, landau(rod), rod)
+        assert found.count[i] == len(hopf_thresholds(rod))
 
 
 def test_a_rod_from_a_file_agrees(tip_drag):

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from rodwnl.continuation import ConvergenceError
 from rodwnl.halfperiod import half_period
@@ -25,9 +26,8 @@ from rodwnl.halfperiod import half_period
 Array = NDArray[np.float64]
 Map = Callable[[Array], Array]
 
-ACCURACY = 1e-9  # of a solution, relative, in the norm of preconditioned residuals
+ACCURACY = 1e-9  # of a solution: its preconditioned residual, relative to that of 0
 MOST_STEPS = 200
-LOOK = 4  # steps from one estimate of the error to the next
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class CycleJacobian:
             near = _MeanInverse(self, row)
         except np.linalg.LinAlgError as error:
             raise ConvergenceError(f"the mean Jacobian of an orbit is no help: {error}") from None
-        return lambda b: gmres(lambda x: np.append(self @ x, row @ x), near, b)
+        return lambda b: solved(lambda x: np.append(self @ x, row @ x), near, b)
 
 
 class _MeanInverse:
@@ -100,27 +100,16 @@ class _MeanInverse:
         return np.append(out + self.waves.T @ coefficients.reshape(3, -1), low[-3:])
 
 
-def gmres(matrix: Map, near: Map, b: Array) -> Array:
+def solved(matrix: Map, near: Map, b: Array) -> Array:
     """x with matrix(x) = b, both linear, where near is about the inverse of matrix.
 
     Raises ConvergenceError where MOST_STEPS do not suffice.
     """
     start = near(b)
-    size = np.linalg.norm(start)
-    basis, H = np.zeros((MOST_STEPS + 1, b.size)), np.zeros((MOST_STEPS + 1, MOST_STEPS))
-    basis[0] = start / (size or 1.0)
-    for j in range(MOST_STEPS if np.isfinite(size) else 0):
-        new = near(matrix(basis[j]))
-        for _ in range(2):  # once more, against round-off
-            along = basis[: j + 1] @ new
-            new -= along @ basis[: j + 1]
-            H[: j + 1, j] += along
-        H[j + 1, j] = length = np.linalg.norm(new)
-        basis[j + 1] = new / (length or 1.0)
-        if j % LOOK == LOOK - 1 or not length:
-            target = np.append(size, np.zeros(j + 1))
-            y = np.linalg.lstsq(H[: j + 2, : j + 1], target, rcond=None)[0]
-            left = np.linalg.norm(H[: j + 2, : j + 1] @ y - target)
-            if left <= ACCURACY * np.linalg.norm(y):
-                return np.asarray(y @ basis[: j + 1])
-    raise ConvergenceError(f"the linear equations of an orbit were not solved in {MOST_STEPS} steps")
+    if not np.isfinite(start).all():
+        raise ConvergenceError("the linear equations of an orbit are singular")
+    product = LinearOperator((b.size, b.size), matvec=lambda x: near(matrix(x)), dtype=b.dtype)
+    x, left = gmres(product, start, rtol=ACCURACY, atol=0.0, restart=MOST_STEPS, maxiter=1)
+    if left:
+        raise ConvergenceError(f"the linear equations of an orbit were not solved in {MOST_STEPS} steps")
+    return np.asarray(x)

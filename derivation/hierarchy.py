@@ -141,9 +141,7 @@ def _straight_rod(law: Constitution, ring: JetRing) -> StraightRod:
     nu = None
     if balance.diff(ring["nu"]) == k1:
         nu = ring.reduce((k1 * ring["nu"] - balance) * ring["k1_inv"])
-    inverse = _vector(
-        ring[law.inverses[str(k)]] if str(k) in law.inverses else ring.one for k in law.stiffness
-    )
+    inverse = _vector(from_expr(k, ring) for k in law.compliance)
     weights = []
     for drag, v in zip(law.drag, VELOCITIES, strict=True):
         constant = drag.xreplace({symbol(q): Integer(0) for q in SHIFTED}).coeff(symbol(v))

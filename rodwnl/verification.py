@@ -84,6 +84,11 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
     rod = FOLLOWER if model is None else find_model(model)
     with refusals(model or rod.name):
         derived = _derived(rod)
+    if derived.hierarchy.straight.nu is None and not derived.law.uniform:
+        raise InputError(
+            f"rod {model or rod.name!r}: its stretch varies along it and is implicit in the force, so equations "
+            "cannot be held against it; beside a distributed load `verify` takes k1 (h1 - 1)^2/2 + … alone"
+        )
     result = verify(text, notation, derived, only)
     if not result.labels and not result.tables:
         raise InputError(

@@ -74,7 +74,13 @@ class StraightRod:
         """ν at these places, found once."""
         key = np.shape(u), np.asarray(u, float).tobytes()
         if key not in self._solved:
-            self._solved[key] = balanced_stretch(self.functions, {**self.values, "u": u})[()]
+            nu = balanced_stretch(self.functions, {**self.values, "u": u})
+            if np.isnan(nu).any():
+                raise InputError(
+                    f"at force = {np.real(self.force):.10g} no stretch of the straight rod was found at "
+                    f"u = {np.asarray(u)[np.isnan(nu)].max():.6g}; take a smaller force"
+                )
+            self._solved[key] = nu[()]
         return self._solved[key]
 
 
@@ -171,7 +177,7 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
             # Not beyond zero length, nor beyond the largest load that the rod carries, where K1 changes sign.
             while True:
                 balance, stiffness = at(nu - step)
-                far = (np.real(step) >= np.real(nu)) | ~(np.real(stiffness) > 0)
+                far = (np.real(step) >= np.real(nu)) | np.logical_not(np.real(stiffness) > 0)
                 far &= open_
                 open_ &= ~(far & (np.abs(step) < CLOSE))  # the load is beyond the largest one
                 far &= open_
@@ -197,7 +203,15 @@ def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], 
 
 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    for what, value, assumption in assumptions(straight, PLACES):
+    everywhere = assumptions(straight, PLACES)
+    if straight.varies_implicitly:  # from one end to the other, so that the stretch does not jump between
+
+        def stiffness() -> Any:
+            at_clamp, at_tip = np.real(straight.stretch(ENDS)[0])
+            return straight("stretch_stiffness", nu=np.linspace(at_clamp, at_tip, PLACES.size))
+
+        everywhere = (*everywhere, ("the stretch stiffness", stiffness, "its energy must be convex there"))
+    for what, value, assumption in everywhere:
         least = float(np.min(np.real(value())))
         if not 0 < least < np.inf:
             raise InputError(f"{_straight(rod, straight.force)}: {what} is {least:.6g}, but {assumption}")

@@ -86,8 +86,8 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
         derived = _derived(rod)
     if derived.hierarchy.straight.nu is None and not derived.law.uniform:
         raise InputError(
-            f"rod {model or rod.name!r}: its stretch varies along it and is implicit in the force, so equations "
-            "cannot be held against it; beside a distributed load `verify` takes k1 (h1 - 1)^2/2 + … alone"
+            f"rod {model or rod.name!r}: its stretch varies along it and is implicit in the force, so no "
+            "equations can be held against it: beside a distributed load they need W = k1 (h1 - 1)^2/2 + …"
         )
     result = verify(text, notation, derived, only)
     if not result.labels and not result.tables:

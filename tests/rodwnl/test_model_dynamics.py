@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from rodwnl.simulation import simulate
 from rodwnl.spectrum import hopf_thresholds
 
 SOFT = (200.0, 1e4, 1e-4)
+LOADED = str(Path(__file__).parents[2] / "examples" / "loaded.toml")
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -57,11 +59,14 @@ def test_exponentials_and_logarithms_are_differentiated():
 
 @pytest.mark.parametrize(
     ("model", "values"),
-    [("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT), ("distributed", (1e4, 1e4, 1e-4))],
+    [
+        *(("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT)),
+        *(("distributed", (1e4, 1e4, 1e-4)), (LOADED, (200, 1e2, 1e-2))),
+    ],
 )
 def test_orbits_near_onset_are_those_predicted(model, values):
     """With half the detuning twice as close to the prediction of order 3, which leaves out the next."""
-    rod = RodParameters(*values, model=model)
+    rod = RodParameters(*values, model=emitted(model))
     threshold = predict(rod, 1)[0].coefficients.force
 
     def error(detuning: float) -> float:
@@ -94,11 +99,12 @@ def test_a_subcritical_branch_begins_unstable_as_predicted():
         ("quartic", SOFT, 54.0),
         ("partial_follower", SOFT, 46.0),
         ("distributed", (1e4, 1e4, 1e-4), 80.0),
+        (LOADED, (200, 1e2, 1e-2), 63.0),
     ],
 )
 def test_runs_end_on_the_orbit(model, values, force):
     """Two numerical methods that share only R: A_tip and ω of a run begun next to the orbit."""
-    rod = RodParameters(*values, model=model)
+    rod = RodParameters(*values, model=emitted(model))
     orbit = periodic_orbits(rod, force).orbits[0]
     # d ln A/dt towards the orbit; the first half of the run leaves less than 1e-5 of the distance to it
     rate = -np.log(abs(orbit.multipliers[0])) * orbit.omega / (2 * np.pi)

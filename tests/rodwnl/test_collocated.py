@@ -229,6 +229,20 @@ def test_the_search_ends_where_the_stretch_would_jump_along_the_rod(tmp_path):
         predict(rod, 80)
 
 
+@pytest.mark.parametrize("kind", ["follower", "distributed"])
+@pytest.mark.parametrize(("energy", "bound"), [("(h1 - 1)^2/2", "0.999"), ("k1*(h1 - 1)^2", "399.6")])
+def test_a_stretch_stiffness_that_is_no_parameter(tmp_path, energy, bound, kind):
+    """1, and 2 k1: ν is found, and the range ends where F = K1 (1 − ν) compresses the rod to a thousandth."""
+    file = tmp_path / "rod.toml"
+    lines = WAVY.replace('"distributed"', f'"{kind}"').splitlines()
+    lines[2] = f'energy = "{energy} + k2*h2^2/2 + Pi^2/2"'
+    file.write_text("\n".join(lines))
+    rod = RodParameters(200, 1e2, 1e-2, model=emitted(str(file)))
+    force, cut = largest_force(rod, Fraction(1000))
+    assert cut
+    assert float(force) == pytest.approx(float(bound), rel=1e-9)
+
+
 def test_a_stretch_that_is_not_found_is_one_line(tmp_path, monkeypatch):
     """Where Newton's method does not arrive, here because it may take one step only."""
     file = tmp_path / "rod.toml"

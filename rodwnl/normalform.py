@@ -105,9 +105,7 @@ class DiscreteRod:
             step = np.linalg.solve(self.jacobian(w, force), self.derivative(w, force))
             w = w - step
             size = np.abs(step).max() / (1 + np.abs(w).max())
-            if (
-                size <= 1e-15 or last / 4 < size < SETTLED
-            ):  # the rest, where steps cease to shrink, is rounding
+            if size <= 1e-15 or last / 4 < size < SETTLED:  # steps that cease to shrink are rounding
                 return w
             last = size
         raise ComputationError(f"no straight equilibrium was found at force {force:.17g}")

@@ -24,6 +24,8 @@ from rodwnl.predictions import predict, predict_at
 from rodwnl.reduced import reduced_model
 from rodwnl.simulation import simulate
 from rodwnl.spectrum import hopf_thresholds
+from rodwnl.straightrod import straight_rod
+from rodwnl.strainform import integrals
 
 SOFT = (200.0, 1e4, 1e-4)
 LOADED = str(Path(__file__).parents[2] / "examples" / "loaded.toml")
@@ -44,6 +46,18 @@ def test_emitted_laws_are_those_written_by_hand(model):
         (one.jacobian(w, 30.0), other.jacobian(w, 30.0)),
     ):
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("force", [40.0, 57.635385877629808, 120.0])
+def test_the_straight_rod_is_the_same_by_both_routes(force):
+    """Newton's method at each place, and on slopes of the strains, whose rounding keeps its steps from 0."""
+    rod = RodParameters(200, 1e2, 1e-2, model=emitted(LOADED), stretch4="1e4")
+    form = law_form(rod, force, 64)
+    x, _, _, F1 = form.fields(form.straight)
+    nu, nu_u = straight_rod(rod, force).stretch(form.nodes)
+    np.testing.assert_allclose(form.straight[:65], nu_u, rtol=1e-9)
+    np.testing.assert_allclose(x, integrals(64).up @ nu, atol=1e-13)
+    np.testing.assert_allclose(F1, force * (form.nodes - 1), atol=1e-10)
 
 
 def test_exponentials_and_logarithms_are_differentiated():

@@ -181,17 +181,16 @@ def _second_order(d: Derivation) -> Iterator[Object]:
         ),
     )
     x2 = expression(ring, d.second.modes.fields["x", 2])
+    stiffness = homomorphism(d.hierarchy.straight.stiffness[0], {}, ring)
     title = "x at order 2"
     yield Object("x2", title, "corrections", "eq:pdefinitions", (_equal(symbol(jet_name("x", 2, 0)), x2),))
-    stiffness = homomorphism(d.hierarchy.straight.stiffness[0], {}, ring)
     for c in (d.second.mean, d.second.harmonic):
         x, p = f"X{c.harmonic}", f"P{c.harmonic}"
         tip = register(f"{x}_u_tip", f"X_{c.harmonic}'(1)")
         clamp = register(f"{x}_clamp", f"X_{c.harmonic}(0)")
+        elastic = ring.derive(stiffness * ring[f"{x}_u"], "u")
         problem = (
-            _equal(
-                expression(ring, stiffness * ring[f"{x}_uu"]), expression(ring, c.drag * c.shape + c.forcing)
-            ),
+            _equal(expression(ring, elastic), expression(ring, c.drag * c.shape + c.forcing)),
             _equal(clamp, _ZERO),
             _equal(tip, expression(ring, c.tip_slope)),
         )

@@ -4,7 +4,8 @@ The straight rod has strains (nu, 0, 0). With s = h1 - nu the energy is its Tayl
 the drag coefficients theirs, the tip load its own in theta and the velocities. Taylor coefficients that are
 polynomials in the parameters and nu enter as they are; the second derivatives K1, K2, K3 of the energy get a
 letter of their own unless they are a lone parameter; anything else becomes a named constant whose formula
-is kept for evaluation.
+is kept for evaluation. Where nu varies along the rod so do they: the derivative of a Taylor coefficient in nu
+is the next one, c_ijk' = (i + 1) c_(i+1)jk.
 
 Assumptions of the theory are checked here, on the data: reflection symmetry (theta, y) -> (-theta, -y), no
 coupling of shear and bending at the straight rod, drag along its own direction.
@@ -42,6 +43,7 @@ class Constitution:
         stiffness: the letters of (K1, K2, K3), 1 where it is one.
         inverses: letter -> name of its inverse.
         constants: name -> formula in the parameters and nu, for every letter that is not a parameter.
+        slopes: name of such a letter -> its derivative in nu, where nu varies; None beyond what is derived.
         parameters: all parameters of the model, in order.
         uniform: whether nu is the same at every u.
     """
@@ -54,8 +56,19 @@ class Constitution:
     stiffness: tuple[Expr, Expr, Expr]
     inverses: dict[str, str]
     constants: dict[str, Expr]
+    slopes: dict[str, Expr | None]
     parameters: tuple[str, ...]
     uniform: bool
+
+    @property
+    def compliance(self) -> tuple[Expr, ...]:
+        """The letters of 1/K1, 1/K2, 1/K3."""
+        return tuple(symbol(self.inverses[str(k)]) if k != 1 else Integer(1) for k in self.stiffness)
+
+    @property
+    def stretch_varies(self) -> bool:
+        """Whether K1 is another at every u."""
+        return self.slopes.get(str(self.stiffness[0]), Integer(0)) != 0
 
     @property
     def may_buckle(self) -> bool:
@@ -80,21 +93,13 @@ def expand_model(model: RodModel, order: int) -> Constitution:
     stiffness = []
     for k, name in enumerate(("K1", "K2", "K3")):
         index = tuple(2 * (j == k) for j in range(3))
-        stiffness.append(letters.stiffness(name, 2 * energy.get(index, Integer(0))))
+        stiffness.append(letters.stiffness(name, index, 2 * energy.get(index, Integer(0))))
     if energy.get((0, 1, 1), Integer(0)) != 0:
         raise ModelError(
             f"{model.name}: the energy couples shear and bending at the straight rod (a term h2 Pi); "
             "the theory here needs W without it"
         )
-    named = {
-        index: (
-            stiffness[index.index(2)] / 2
-            if sum(index) == 2 and 2 in index
-            else letters.coefficient("W", index, c)
-        )
-        for index, c in energy.items()
-        if sum(index) > 1
-    }
+    named = {index: letters.taylor("W", index, c) for index, c in energy.items() if sum(index) > 1}
     shifted = [symbol(q) for q in SHIFTED]
     w = sum((c * _monomial(index) for index, c in named.items()), Integer(0))
     drag = tuple(_drag(model, letters, k, order) for k in range(3))
@@ -107,26 +112,17 @@ def expand_model(model: RodModel, order: int) -> Constitution:
     uniform = model.body_load[0] == 0
     _require_compression(model, tip, uniform)
     _require_mirrored(model)
-    if not uniform and stiffness[0] != symbol("k1"):
-        raise ModelError(
-            f"{model.name}: a distributed load needs a constant stretch stiffness, W = k1 (h1 - 1)^2/2 + ..."
-        )
-    if not uniform:
-        for e in letters.constants.values():
-            if not e.diff(symbol("nu")).is_polynomial(*e.free_symbols):
-                raise ModelError(
-                    f"{model.name}: beside a distributed load the energy and the drag must be polynomials in "
-                    f"h1, but at the straight rod there is {e}"
-                )
+    axial = letters.taylor("W", (1, 0, 0), energy.get((1, 0, 0), Integer(0)))
     return Constitution(
         tuple(w.diff(s).expand() for s in shifted),
-        letters.coefficient("W", (1, 0, 0), energy.get((1, 0, 0), Integer(0))),
+        axial,
         drag,
         tip,
         model.body_load,
         tuple(stiffness),
         letters.inverses,
         letters.constants,
+        {} if uniform else letters.slopes(),
         letters.parameters,
         uniform,
     )
@@ -137,6 +133,10 @@ def multiplied_out(e: Expr) -> Expr:
     return e.expand(power_exp=False, power_base=False, log=False)
 
 
+#: W or the drag C1, C2, C3, and exponents of (stretch, h2, Pi).
+Place = tuple[str, tuple[int, ...]]
+
+
 class _Letters:
     """Hands out letters for coefficients and remembers what they stand for."""
 
@@ -145,22 +145,40 @@ class _Letters:
         self.parameters = (*BASIC, *(p.name for p in model.parameters))
         self.constants: dict[str, Expr] = {}
         self.inverses: dict[str, str] = {}
+        self._known: dict[Place, Expr] = {}
 
-    def stiffness(self, name: str, value: Expr) -> Expr:
+    def stiffness(self, name: str, index: tuple[int, ...], value: Expr) -> Expr:
         value = multiplied_out(value)
-        if value == 1:
-            return Integer(1)
         if value == 0:
             raise ModelError(
                 f"{self.model.name}: {STRAIGHT[name][1]} is zero: the energy is not convex there"
             )
-        if isinstance(value, Symbol):
-            letter = value
-        else:
-            letter = symbol(name)
-            self.constants[name] = value
-        self.inverses[letter.name] = f"{letter.name}_inv"
+        letter = value
+        if value != 1:
+            if not isinstance(value, Symbol):
+                letter = symbol(name)
+                self.constants[name] = value
+            self.inverses[letter.name] = f"{letter.name}_inv"
+        self._known["W", index] = letter / 2
         return letter
+
+    def taylor(self, kind: str, index: tuple[int, ...], value: Expr) -> Expr:
+        """The Taylor coefficient of these exponents in (stretch, h2, Pi), as the ring holds it."""
+        place = kind, index
+        if place not in self._known:
+            self._known[place] = self.coefficient(kind, index, value)
+        return self._known[place]
+
+    def slopes(self) -> dict[str, Expr | None]:
+        """d/dnu of every constant; None for the letters that only this brings in."""
+        nu = symbol("nu")
+        found: dict[str, Expr | None] = {name: e.diff(nu) for name, e in self.constants.items()}
+        for (kind, (i, *rest)), c in list(self._known.items()):
+            factor, letter = c.as_coeff_Mul()
+            if slope := found.get(str(letter)):
+                following = self.taylor(kind, (i + 1, *rest), slope * factor / (i + 1))
+                found[str(letter)] = (i + 1) * following / factor
+        return {name: found.get(name) for name in self.constants}
 
     def coefficient(self, kind: str, index: tuple[int, ...], value: Expr) -> Expr:
         """The coefficient itself if the ring can hold it, else a constant ``kind_ijk``."""
@@ -286,7 +304,7 @@ def _drag(model: RodModel, letters: _Letters, k: int, order: int) -> Expr:
         raise ModelError(
             f"{model.name}: drag component {k + 1} vanishes at the straight rod; it must be positive"
         )
-    parts = (letters.coefficient(f"C{k + 1}", index, c) * _monomial(index) for index, c in terms.items())
+    parts = (letters.taylor(f"C{k + 1}", index, c) * _monomial(index) for index, c in terms.items())
     return sum(parts, Integer(0)) * velocity
 
 

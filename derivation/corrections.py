@@ -4,8 +4,8 @@ Quadratic products of the critical mode force x only. With
 
     x^(2) = A^2 X2 e^{2 i omega tau} + |A|^2 X0 - Delta u/(2 k1) + c.c.
 
-the harmonics of  gamma1 d_tau x = k1 x'' + f1^(2),  x(0) = 0,  x'(1) = b1^(2)  give a boundary-value problem
-for each shape.
+the harmonics of  gamma1 d_tau x = (K1 x')' + f1^(2),  x(0) = 0,  x'(1) = b1^(2)  give a boundary-value
+problem for each shape.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from derivation.symbols import BAR
 
 @dataclass(frozen=True)
 class Correction:
-    """K1 X'' = c X + forcing,  X(0) = 0,  X'(1) = tip_slope + tip_drag X(1);  P' = tension_slope.
+    """(K1 X')' = c X + forcing,  X(0) = 0,  X'(1) = tip_slope + tip_drag X(1);  P' = tension_slope.
 
     Attributes:
         harmonic: 0 or 2.
@@ -58,7 +58,8 @@ class SecondOrder:
         tip_forcing: x^(2)' at the tip likewise, but for the drag of the load there (b1^(2),
             eq:longitudinalforcingBC).
         mean, harmonic: the two corrections.
-        static: the part of x^(2) due to the detuning alone, -Delta u/k1 under a tip load.
+        static: the part of x^(2) due to the detuning alone, -Delta u/k1 under a tip load; Delta x_F where K1
+            varies along the rod.
     """
 
     modes: Modes
@@ -86,7 +87,7 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
         )
     b1 = ring.reduce(inverse * t1)
 
-    static = _static(ring, inverse, f1, b1)
+    static = _static(ring, stiffness, inverse, f1, b1)
     a, a_bar = ring["A"], ring["A" + BAR]
     known = {
         ("x", 2): a**2 * ring["X2"] + a_bar**2 * ring["X2" + BAR]
@@ -119,7 +120,7 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
             Correction(
                 harmonic,
                 x,
-                # law = drag X - K1 X'' equals f1, so K1 X'' = drag X - f1; K1 X' likewise at the tip.
+                # law = drag X - (K1 X')' equals f1, so (K1 X')' = drag X - f1; K1 X' likewise at the tip.
                 drag=shape_of(law).diff(x),
                 forcing=-shape_of(f1),
                 tip_slope=shape_of(b1),
@@ -133,16 +134,24 @@ def second_order(hierarchy: Hierarchy, modes: Modes) -> SecondOrder:
     rules = {}
     for c in corrections:
         x_u, x_uu, p = (ring[f"X{c.harmonic}_u"], ring[f"X{c.harmonic}_uu"], ring[f"P{c.harmonic}"])
-        rules[x_uu] = ring.reduce(inverse * (c.drag * c.shape + c.forcing))
+        rules[x_uu] = ring.reduce(
+            inverse * (c.drag * c.shape + c.forcing - ring.derive(stiffness, "u") * x_u)
+        )
         # The tension stands for the slope of X: P = K1 X' + rest.
         rules[x_u] = ring.reduce(inverse * (p - (c.tension - stiffness * x_u)))
     return SecondOrder(modes.with_rules(known, rules), f1, b1, mean, second, static)
 
 
-def _static(ring: JetRing, inverse: PolyElement, f1: PolyElement, b1: PolyElement) -> PolyElement:
-    """Detuning alone: 0 = K1 x'' + f, x(0) = 0, x'(1) = b with f, b the parts proportional to Delta."""
+def _static(
+    ring: JetRing, stiffness: PolyElement, inverse: PolyElement, f1: PolyElement, b1: PolyElement
+) -> PolyElement:
+    """Detuning alone: 0 = (K1 x')' + f, x(0) = 0, x'(1) = b with f, b the parts proportional to Delta."""
     delta, u = ring["Delta"], ring["u"]
     f, b = f1.diff(delta), b1.diff(delta)
     if ring.derive(f, "u"):
         raise ModelError("the body load of a detuned rod varies along it")
-    return ring.reduce(delta * (b * u + inverse * f * (u - u**2 / 2)))
+    if not ring.derive(stiffness, "u"):
+        return ring.reduce(delta * (b * u + inverse * f * (u - u**2 / 2)))
+    if b or ring.reduce(stiffness * ring.derive(ring["x_F"], "u") - f * (1 - u)):
+        raise ArithmeticError("the straight rod under another force is not the static response")
+    return delta * ring["x_F"]

@@ -3,8 +3,8 @@ r"""The critical mode as a boundary-value problem of first order in u, in real v
 With H = Y' - nu Theta the rows of M (Y, Theta) = i omega Gamma (Y, Theta) give H' and Theta''; the stresses
 minus load vanish at the tip, Y and Theta at the clamp, and Y(1) = 1 (eq:primal_eigenproblem). Real and
 imaginary parts are eight functions with ten conditions, so two parameters are unknown: force and omega at
-the threshold. Where the rows depend on u it is one more function, where the stretch of the straight rod is
-not given in the force it is one more unknown.
+the threshold. Where the rows depend on u it is one more function. Where the stretch of the straight rod is
+not given in the force it is one more unknown, and one more function, nu' = -load'/K1, where it varies.
 """
 
 from __future__ import annotations
@@ -52,13 +52,17 @@ def critical_mode_problem(package: Package) -> BoundaryValueProblem:
     emitted = {f.name: dict(f.outputs) for f in operator.functions}
     straight, weights = emitted["straight_rod"], emitted["drag_weights"]
     implicit = "nu" not in straight
-    nu = symbol("nu") if implicit else straight["nu"]
-    rates = _rates(emitted["y_row"], emitted["theta_row"], weights, nu)
-    varies = any(symbol("u") in c.free_symbols for row in rates.values() for c in row.values())
-    states = [f"{shape}_{part}" for shape in SHAPES for part in PARTS] + [PLACE] * varies
+    nu, u = symbol("nu") if implicit else straight["nu"], symbol("u")
+    slope = -straight["compression"].diff(u) / emitted["stretch_stiffness"]["K1"] if implicit else nu.diff(u)
+    profile = implicit and slope != 0
+    rates = _rates(emitted["y_row"], emitted["theta_row"], weights, nu, slope)
+    varies = any(u in c.free_symbols for row in rates.values() for c in row.values())
+    states = [f"{shape}_{part}" for shape in SHAPES for part in PARTS] + ["nu"] * profile + [PLACE] * varies
 
-    derivatives = [_part(rates[shape], part) for shape in SHAPES for part in PARTS] + [Integer(1)] * varies
-    tip_nu = nu.xreplace({symbol("u"): Integer(1)})
+    derivatives = [_part(rates[shape], part) for shape in SHAPES for part in PARTS]
+    derivatives += [slope] * profile + [Integer(1)] * varies
+    at_tip = {u: Integer(1)} | ({nu: symbol("nu_tip")} if profile else {})
+    tip_nu = nu.xreplace(at_tip)
     tips = [_at_tip(emitted[f"{name}_tip_row"], tip_nu) for name in ("y", "theta")]
     conditions = {f"{s}_{p}_at_clamp": symbol(f"{s}_{p}_clamp") for s in ("Y", "Theta") for p in PARTS}
     for name, row in zip(("shear", "moment"), tips, strict=True):
@@ -67,9 +71,9 @@ def critical_mode_problem(package: Package) -> BoundaryValueProblem:
     if varies:
         conditions |= {f"{PLACE}_at_clamp": symbol(f"{PLACE}_clamp")}
     if implicit:
-        conditions |= {"balance": straight["balance"]}
+        conditions |= {"balance": straight["balance"].xreplace(at_tip)}
 
-    parameters = _parameters(operator.functions)
+    parameters = _parameters(operator.functions, states)
     ends = [f"{s}_{end}" for end in ("clamp", "tip") for s in states]
     return BoundaryValueProblem(
         tuple(states),
@@ -88,15 +92,14 @@ def critical_mode_problem(package: Package) -> BoundaryValueProblem:
             tuple(conditions.items()),
         ),
         parameters,
-        ("force", "omega", *["nu"] * implicit),
+        ("force", "omega", *["nu"] * (implicit and not profile)),
     )
 
 
-def _rates(y_row: Linear, theta_row: Linear, weights: Linear, nu: Expr) -> dict[str, Linear]:
-    """The derivative of every shape as a linear combination of the shapes."""
+def _rates(y_row: Linear, theta_row: Linear, weights: Linear, nu: Expr, slope: Expr) -> dict[str, Linear]:
+    """The derivative of every shape as a linear combination of the shapes; slope: nu'."""
     lam = symbol("lam")
     # Y' = H + nu Theta and Y'' = H' + nu Theta' + nu' Theta; what is left of a row is of first order.
-    slope = nu.diff(symbol("u"))
 
     def lower(row: Linear, shape: str, weight: Expr) -> dict[str, Expr]:
         c = {
@@ -146,7 +149,8 @@ def _state(name: str) -> Argument:
     return Argument(name, symbol("u" if name == PLACE else name), "a state")
 
 
-def _parameters(functions: tuple[Function, ...]) -> tuple[Argument, ...]:
-    """The rod's parameters in their order, then the frequency. Lam and u are none of them."""
-    found = {a.name: a for f in functions for a in f.arguments if a.parameter and a.name != "lam"}
+def _parameters(functions: tuple[Function, ...], states: list[str]) -> tuple[Argument, ...]:
+    """The rod's parameters in their order, then the frequency. Lam, u and states are none of them."""
+    others = {"lam", *states, *(f"{name}_tip" for name in states)}
+    found = {a.name: a for f in functions for a in f.arguments if a.parameter and a.name not in others}
     return (*found.values(), scalar("omega", meaning("omega")))

@@ -13,9 +13,9 @@ from sympy.polys.rings import PolyElement
 
 from derivation.constitutive import Constitution
 from derivation.hierarchy import Hierarchy
-from derivation.jets import JetRing, homomorphism, jet_ring
+from derivation.jets import JetRing, from_expr, homomorphism, jet_ring
 from derivation.kinematics import parameter_names, with_straight_rod
-from derivation.symbols import BAR, FIELDS, SHAPES, TIP, register, shape_latex
+from derivation.symbols import BAR, FIELDS, SHAPES, TIP, register, shape_latex, symbol
 
 _AMPLITUDES = ("A", "A_T")
 #: Highest u-derivative held of each shape function.
@@ -132,7 +132,10 @@ def conjugate_rules(ring: JetRing, rules: dict[PolyElement, PolyElement]) -> dic
 
 
 def mode_ring(law: Constitution) -> JetRing:
-    """Parameters, amplitudes, jets of the shape functions and of their conjugates, tip values, u."""
+    """Parameters, amplitudes, jets of the shape functions and of their conjugates, tip values, u.
+
+    Where K1 varies along the straight rod its position x has no closed form: x_F is dx/dF.
+    """
     shapes = [(s, k) for k in range(4) for s in SHAPES if k <= _JETS[s]]
     # Low derivatives first, and Theta before Y before H: the order decides which factor of a product of a
     # mode and a conjugate mode carries the star when a real sum is written as "half + c.c.".
@@ -156,7 +159,16 @@ def mode_ring(law: Constitution) -> JetRing:
     register("A_T" + BAR, r"\frac{\mathrm{d}A^*}{\mathrm{d}T}")
     amplitudes = [a + s for a in _AMPLITUDES for s in ("", BAR)]
     ring = jet_ring(
-        [*amplitudes, *names, *tips, "u", *parameter_names(law), "omega", "lam"],
+        [
+            *amplitudes,
+            *names,
+            *tips,
+            "u",
+            *parameter_names(law),
+            "omega",
+            "lam",
+            *["x_F"] * law.stretch_varies,
+        ],
         {"u": maps},
         bars,
         law.inverses,
@@ -164,6 +176,11 @@ def mode_ring(law: Constitution) -> JetRing:
     ring = with_straight_rod(ring, law)
     derivation = dict(ring.derivations["u"])
     derivation[ring["u"]] = ring.one
+    if law.stretch_varies:
+        # K1 nu_F = -load_F with load = b (u - 1)
+        b_force = from_expr(law.body_load[0].diff(symbol("force")), ring)
+        register("x_F", r"\partial_{\mathcal{F}} x")
+        derivation[ring["x_F"]] = b_force * (1 - ring["u"]) * from_expr(law.compliance[0], ring)
     for bar in ("", BAR):
         angle = ring[f"Theta{bar}"]
         nu_u = derivation.get(ring["nu"], ring.zero)

@@ -138,12 +138,10 @@ def _straight_rod(law: Constitution, ring: JetRing) -> StraightRod:
     load = ring["force"] if law.uniform else ring["load"]
     k1, k2, k3 = (from_expr(k, ring) for k in law.stiffness)
     balance = from_expr(law.axial, ring) + load
+    inverse = _vector(from_expr(k, ring) for k in law.compliance)
     nu = None
     if balance.diff(ring["nu"]) == k1:
-        nu = ring.reduce((k1 * ring["nu"] - balance) * ring["k1_inv"])
-    inverse = _vector(
-        ring[law.inverses[str(k)]] if str(k) in law.inverses else ring.one for k in law.stiffness
-    )
+        nu = ring.reduce((k1 * ring["nu"] - balance) * inverse[0])
     weights = []
     for drag, v in zip(law.drag, VELOCITIES, strict=True):
         constant = drag.xreplace({symbol(q): Integer(0) for q in SHIFTED}).coeff(symbol(v))

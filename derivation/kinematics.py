@@ -14,7 +14,7 @@ from sympy.polys.rings import PolyElement
 
 from derivation.constitutive import Constitution
 from derivation.jets import JetRing, from_expr, jet_ring
-from derivation.symbols import FIELDS, jet_latex, jet_name, latex_of, register, symbol
+from derivation.symbols import FIELDS, jet_latex, jet_name, latex_of, register
 
 #: eq:perturbationtheory: a quantity as its coefficients of epsilon^0 ... epsilon^N.
 Series = tuple[PolyElement, ...]
@@ -126,16 +126,16 @@ def parameter_names(law: Constitution) -> list[str]:
 def with_straight_rod(ring: JetRing, law: Constitution) -> JetRing:
     """Let nu and what depends on it, mu and the compression vary with u where a distributed load makes them.
 
-    load' = b and nu' = -load'/k1 with b the tangential force per length (b < 0 compresses towards the clamp);
+    load' = b and nu' = -load'/K1 with b the tangential force per length (b < 0 compresses towards the clamp);
     mu = K2 nu + load, c(nu)' = c'(nu) nu' for a letter c and (1/c)' = -c'/c^2 for its inverse.
     """
     if law.uniform:
         return ring
     b = from_expr(law.body_load[0], ring)
-    nu_u = ring.reduce(-b * ring["k1_inv"])
+    nu_u = ring.reduce(-b * from_expr(law.compliance[0], ring))
     images = {ring["load"]: b, ring["nu"]: nu_u}
-    for name, formula in law.constants.items():
-        images[ring[name]] = ring.reduce(from_expr(formula.diff(symbol("nu")), ring) * nu_u)
+    for name, slope in law.slopes.items():
+        images[ring[name]] = None if slope is None else ring.reduce(from_expr(slope, ring) * nu_u)
     for letter, inverse in law.inverses.items():
         images[ring[inverse]] = -(ring[inverse] ** 2) * images.get(ring[letter], ring.zero)
     shear = from_expr(law.stiffness[1], ring)

@@ -176,13 +176,16 @@ def _operator(d: Derivation, s: Signatures) -> Module:
             {"x": weights[0], "y": weights[1], "theta": weights[2]},
         ),
         s.function("stretch_stiffness", "d2W/dh1^2 at the straight rod.", ("eq:constitutive",), {"K1": k1}),
-        s.function(
-            "detuning_stretch",
-            "Derivative in force of the straight rod's position x at a node.",
-            ("eq:basestate",),
-            {"x": s.formula(d.second.static.diff(ring["Delta"]))},
-        ),
     ]
+    if not d.law.stretch_varies:  # else there is no closed form
+        functions.append(
+            s.function(
+                "detuning_stretch",
+                "Derivative in force of the straight rod's position x at a node.",
+                ("eq:basestate",),
+                {"x": s.formula(d.second.static.diff(ring["Delta"]))},
+            )
+        )
     x_row, x_tip_row = d.modes.longitudinal_rows(d.hierarchy[1].linear[0], d.hierarchy[1].tip_linear[0])
     problems = (
         ("x", "X2", x_row, x_tip_row, ("X2", "X2_u", "X2_uu"), ("X2", "X2_u")),
@@ -297,16 +300,17 @@ def _second_order(d: Derivation, s: Signatures) -> Module:
     functions = []
     for c, what in ((d.second.mean, "mean"), (d.second.harmonic, "second-harmonic")):
         x, p = f"X{c.harmonic}", f"P{c.harmonic}"
+        tension = f"(K1 {x}')'" if d.law.stretch_varies else f"K1 {x}''"
         functions += [
             s.function(
                 f"{x}_operator",
-                f"c in K1 {x}'' = c {x} + forcing, the {what} longitudinal correction.",
+                f"c in {tension} = c {x} + forcing, the {what} longitudinal correction.",
                 ("eq:longitudinalODE",),
                 {"c": s.formula(c.drag)},
             ),
             s.function(
                 f"{x}_forcing",
-                f"Forcing in K1 {x}'' = c {x} + forcing, with Y'' eliminated.",
+                f"Forcing in {tension} = c {x} + forcing, with Y'' eliminated.",
                 ("eq:longitudinalODE",),
                 {"forcing": s.formula(d.modes.reduce(c.forcing))},
             ),

@@ -3,7 +3,7 @@
 A formula over the ring of modes takes the shapes it contains, the eigenvalue and the parameters, in a fixed
 order; a shape's conjugate is not an argument but is computed. The letters of the straight rod (nu, mu, K1,
 the compression) are spelt out, so that callers pass parameters only. Where nu cannot be given in the force it
-is an argument; under a distributed load it depends on u, which is then one.
+is an argument. Under a distributed load u is one, and such a nu is its value there, nu_tip that at the tip.
 """
 
 from __future__ import annotations
@@ -101,7 +101,12 @@ class Signatures:
         self._formulas = {s: e.xreplace(formulas) for s, e in formulas.items()}
         self.implicit = straight.nu is None
         own = tuple(scalar(p.name, p.meaning) for p in d.model.parameters)
-        stretch = (scalar("nu", "stretch of the straight rod"),) if self.implicit else ()
+        self._at_tip: dict[Symbol, Expr] = {u: Integer(1)}
+        stretch = [scalar("nu", "stretch of the straight rod")] if self.implicit else []
+        if self.implicit and not law.uniform:
+            at_node = replace(nodal("nu", "stretch of the straight rod at u"), parameter=True)
+            stretch = [at_node, scalar("nu_tip", "stretch of the straight rod at u = 1")]
+            self._at_tip[nu] = symbol("nu_tip")
         basic = tuple(replace(scalar(name, doc), carrier=name == "k1") for name, doc in _BASIC.items())
         self.parameters = (*basic, *own, *stretch, scalar("force", "follower force F L^2/k3"))
 
@@ -113,7 +118,7 @@ class Signatures:
         """An element of the ring of modes (or ``ring``), i omega as lam, spelt out, grouped for reading."""
         ring = ring or self._d.modes.ring
         spelt = self.spell(expression(ring, with_eigenvalue(ring, p)))
-        return spelt.xreplace({symbol("u"): Integer(1)}) if at_tip else spelt
+        return spelt.xreplace(self._at_tip) if at_tip else spelt
 
     def function(
         self,

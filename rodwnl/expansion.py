@@ -130,18 +130,18 @@ def second_order(
 ) -> tuple[dict[str, Any], float]:
     """X0, X2, P0, P2 by name; how far the tensions are from their constitutive law, relative.
 
-    K1 X'' = c X + f,  X(0) = 0,  S_u X'(1) + S X(1) = S_u b,  P' = …,  P(1) = …
+    (K1 X')' = c X + f,  X(0) = 0,  S_u X'(1) + S X(1) = S_u b,  P' = …,  P(1) = …
     """
     given = mode.named() | {"u": nodes.u, "lam": 1j * omega}
     at_tip = given | {"u": 1.0}
-    K1 = straight("stretch_stiffness", u=nodes.u)
+    _, K1_u, K1 = straight("x_row", u=nodes.u)
     known: dict[str, Any] = {}
     misfits = []
     for harmonic in (0, 2):
         x, p = f"X{harmonic}", f"P{harmonic}"
         S, S_u = straight("x_tip_row", u=1.0, lam=1j * omega * harmonic)
         X, X_u, X_tip = _two_point(
-            K1, straight(f"{x}_operator", **given), straight(f"{x}_forcing", **given),
+            (K1_u, K1), straight(f"{x}_operator", **given), straight(f"{x}_forcing", **given),
             straight(f"{x}_tip_slope", **at_tip), S / S_u, nodes,
         )  # fmt: skip
         known |= {x: X, f"{x}_u": X_u, f"{x}_tip": X_tip}
@@ -155,20 +155,20 @@ def second_order(
 
 
 def _two_point(
-    K1: Any, c: Any, forcing: NDArray[Any], slope: complex, spring: complex, nodes: Nodes
+    stiffness: tuple[Any, Any], c: Any, forcing: NDArray[Any], slope: complex, spring: complex, nodes: Nodes
 ) -> tuple[Complex, Complex, complex]:
-    """X, X' and X(1) with K1 X'' = c X + forcing, X(0) = 0, X'(1) + spring X(1) = slope.
+    """X, X' and X(1) with K1 X'' + K1' X' = c X + forcing, X(0) = 0, X'(1) + spring X(1) = slope.
 
-    K1 and c are numbers, or their values at the nodes where the straight rod is not uniform.
+    stiffness: (K1', K1). They and c are numbers, or values at the nodes where the rod is not uniform.
     With w = X'' and s = X'(1): X' = s − ∫ᵤ¹ w and X = s u − ∫₀ᵘ∫ᵤ¹ w, in which (w, s) are the unknowns.
     """
     n = len(nodes.u)
     twice = nodes.from_clamp @ nodes.to_tip
     end = nodes.weights @ nodes.to_tip  # ∫₀¹∫ᵤ¹
     matrix, right = np.zeros((n + 1, n + 1), dtype=complex), np.zeros(n + 1, dtype=complex)
-    K1, c = np.broadcast_to(K1, (n,)), np.broadcast_to(c, (n,))
-    matrix[:n, :n] = np.diag(K1) + c[:, None] * twice
-    matrix[:n, n] = -c * nodes.u
+    K1_u, K1, c = (np.broadcast_to(value, (n,)) for value in (*stiffness, c))
+    matrix[:n, :n] = np.diag(K1) - K1_u[:, None] * nodes.to_tip + c[:, None] * twice
+    matrix[:n, n] = K1_u - c * nodes.u
     matrix[n, :n], matrix[n, n] = -spring * end, 1 + spring
     right[:n], right[n] = forcing, slope
     solved: NDArray[Any] = np.linalg.solve(matrix, right)

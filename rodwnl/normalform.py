@@ -25,9 +25,7 @@ from rodwnl.strainform import RodLaw, Triple, integrals, mass, residual, tip
 
 Vector = NDArray[Any]
 MAX_STEPS = 50
-SETTLED = (
-    1e-8  # relative Newton step in (F, ω) after which the error, its square, is below float64's round-off
-)
+SETTLED = 1e-8  # relative Newton step after which the error, its square, is below float64's round-off
 
 
 @dataclass(frozen=True)
@@ -102,12 +100,15 @@ class DiscreteRod:
         """The straight state, R(w, F) = 0 with h2 = Π = 0, by Newton's method from the unloaded rod."""
         w = np.zeros(self.size)
         w[-3] = 1.0
+        last = np.inf
         for _ in range(MAX_STEPS):
             R, L, _ = self.linearised(w, force)
             step = np.linalg.solve(L, R)
             w = w - step
-            if np.abs(step).max() <= 1e-15 * (1 + np.abs(w).max()):
+            size = np.abs(step).max() / (1 + np.abs(w).max())
+            if size <= 1e-15 or last / 4 < size < SETTLED:  # steps that cease to shrink are rounding
                 return w
+            last = size
         raise ComputationError(f"no straight equilibrium was found at force {force:.17g}")
 
     def derivative(self, w: Vector, force: float, *directions: tuple[Vector, float]) -> Vector:

@@ -348,14 +348,14 @@ class Responses:
         """Φ(1) from (Φ'', Φ'(0))."""
         return np.append(self.nodes.weights @ self.nodes.from_clamp, 1.0)
 
-    def _block(self, row: Any, tip: Any, drag: complex) -> Complex:
+    def _block(self, row: Any, tip: Any, drag: Any) -> Complex:
         """drag Φ − row·(Φ, Φ', Φ'') at the nodes and tip·(Φ, Φ') at u = 1, from (Φ'', Φ'(0))."""
         n, nodes = len(self.nodes.u), self.nodes
         by_value = np.hstack([self.twice, nodes.u[:, None]])
         by_slope = np.hstack([nodes.from_clamp, np.ones((n, 1))])
         by_top = np.hstack([np.eye(n), np.zeros((n, 1))])
-        value, slope, top = (np.broadcast_to(c, (n,))[:, None] for c in row)
-        interior = drag * by_value - value * by_value - slope * by_slope - top * by_top
+        value, slope, top = (np.broadcast_to(c, (n,))[:, None] for c in (drag - row[0], *row[1:]))
+        interior = value * by_value - slope * by_slope - top * by_top
         edge = tip[0] * self._tip_value() + tip[1] * np.append(nodes.weights, 1.0)
         return np.vstack([interior, edge[None, :]])
 

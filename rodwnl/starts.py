@@ -19,7 +19,8 @@ from rodwnl.thresholds import nodes_at
 class ModeStart:
     """title: where the mode is. parameters: of the rod, with force and omega (and nu where it is one).
 
-    table (N, 10): places on the rod, barycentric weights, then Y, H, Theta, Theta', real and imaginary.
+    table (N, 10): places on the rod, barycentric weights, then Y, H, Theta, Theta', real and imaginary. A nu
+    that varies and is not explicit follows, (N, 11).
     """
 
     title: str
@@ -46,6 +47,8 @@ def mode_start(rod: RodParameters, number: int = 1) -> ModeStart:
     z = z / (p.fields.Y_tip @ z)
     shapes = [field @ z for field in (p.fields.Y, p.fields.H, p.fields.Theta, p.fields.Theta_u)]
     columns = [part for shape in shapes for part in (shape.real, shape.imag)]
+    if straight.varies_implicitly:
+        columns.append(straight.stretch(nodes.u)[0])
     # Barycentric weights of Gauss–Legendre nodes: Wang and Xiang, doi:10.1090/S0025-5718-2011-02549-4.
     weights = np.sqrt(nodes.u * (1 - nodes.u) * nodes.weights) * (-1.0) ** np.arange(len(nodes.u))
     values = parameter_values(rod) | {"force": force, "omega": omega}

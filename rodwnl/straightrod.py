@@ -8,7 +8,7 @@ name. Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import ROUND_DOWN, Context
 from fractions import Fraction
 from types import SimpleNamespace
@@ -25,7 +25,8 @@ MOST_STEPS = 60
 SETTLED = 1e-15  # Newton step of ν after which only round-off is left
 CLOSE = 1e-8  # step after which the next one is shorter by far, but for round-off
 LEAST_STRETCH = 1e-3  # to which the search for thresholds goes: drag that follows the metric vanishes with ν
-ENDS = np.array([0.0, 1.0])  # what varies along the rod is monotonic: extremes are at its ends
+ENDS = np.array([0.0, 1.0])
+PLACES = np.linspace(0.0, 1.0, 33)  # along the rod, where its stretch, stiffnesses and drag must be positive
 
 
 @dataclass(frozen=True)
@@ -33,29 +34,54 @@ class StraightRod:
     """A rod compressed straight. Calling it with the name of an emitted function evaluates that.
 
     force: may be complex, everything is analytic in it; or an array, for many rods. values: by name, what the
-    functions may ask for.
+    functions may ask for. An implicit ν is among them where it is the same at every u, else it is solved for
+    where a function is evaluated.
     """
 
     functions: SimpleNamespace
     force: Any
     values: Mapping[str, Any]
+    _solved: dict[tuple[tuple[int, ...], bytes], Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __call__(self, name: str, **fields: Any) -> Any:
         """The emitted function at these fields; those that it does not take are left out."""
         function = getattr(self.functions, name)
         known = {**self.values, **fields}
-        return function(*(known[argument] for argument in arguments(function)))
+        asked = arguments(function)
+        if "nu" in asked and "nu" not in known:
+            known["nu"] = self._implicit(known["u"])
+        if "nu_tip" in asked:
+            known["nu_tip"] = self._implicit(1.0)
+        return function(*(known[argument] for argument in asked))
 
     def stretch(self, u: Any) -> tuple[Any, Any]:
-        """ν at these nodes and its derivative there.
+        """ν at these nodes and its derivative there, ν' = −P'/K1.
 
-        The compression is constant or falls linearly to the tip: a body load is a function of force alone,
-        and a model that has one has a constant stretch stiffness.
+        The compression P is constant or falls linearly to the tip: a body load is a function of force alone.
         """
         if "nu" in self.values:
             return self.values["nu"], 0.0
-        at_clamp, at_tip = (self("straight_rod", u=end)[0] for end in ENDS)
-        return at_clamp + (at_tip - at_clamp) * u, at_tip - at_clamp
+        nu = self._implicit(u) if self.varies_implicitly else self("straight_rod", u=u)[0]
+        at_clamp, at_tip = (self("straight_rod", u=end)[-2] for end in ENDS)
+        return nu, (at_clamp - at_tip) / self("stretch_stiffness", u=u)
+
+    @property
+    def varies_implicitly(self) -> bool:
+        """Whether ν is a function of u that the force does not give explicitly."""
+        return {"u", "nu"} <= set(arguments(self.functions.straight_rod))
+
+    def _implicit(self, u: Any) -> Any:
+        """ν at these places, found once."""
+        key = np.shape(u), np.asarray(u, float).tobytes()
+        if key not in self._solved:
+            nu = balanced_stretch(self.functions, {**self.values, "u": u})
+            if np.isnan(nu).any():
+                raise InputError(
+                    f"at force = {np.real(self.force):.10g} no stretch of the straight rod was found at "
+                    f"u = {np.asarray(u)[np.isnan(nu)].max():.6g}; take a smaller force"
+                )
+            self._solved[key] = nu[()]
+        return self._solved[key]
 
 
 def arguments(function: Callable[..., Any]) -> tuple[str, ...]:
@@ -80,9 +106,11 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
     values: dict[str, Any] = parameter_values(rod) | {"force": force, "xp": np}
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused, here and below
-            if "nu" in arguments(functions.straight_rod):
-                values["nu"] = _stretch(rod, functions, values)
             straight = StraightRod(functions, force, values)
+            if "nu" in arguments(functions.straight_rod):
+                nu = _stretch(rod, straight)
+                if not straight.varies_implicitly:
+                    straight = StraightRod(functions, force, {**values, "nu": nu})
             _require_sound(rod, straight)
     except ZeroDivisionError:
         raise InputError(
@@ -97,26 +125,26 @@ def _straight(rod: RodParameters, force: complex) -> str:
     return f"rod {rod.model_name!r}, straight under force = {np.real(force):.10g}"
 
 
-def _stretch(rod: RodParameters, functions: SimpleNamespace, values: Mapping[str, Any]) -> complex:
-    nu = balanced_stretch(functions, values)
+def _stretch(rod: RodParameters, straight: StraightRod) -> complex:
+    """An implicit ν at the clamp, where the compression is largest."""
+    nu = balanced_stretch(straight.functions, {**straight.values, "u": 0.0})
     if np.isnan(nu):
         with np.errstate(all="ignore"):
-            undeformed = {**values, "nu": np.float64(1)}
-            stiffness = np.real(StraightRod(functions, values["force"], undeformed)("stretch_stiffness"))
+            stiffness = np.real(straight("stretch_stiffness", nu=np.float64(1)))
         if not 0 < stiffness < np.inf:
             raise InputError(
                 f"rod {rod.model_name!r}: the stretch stiffness of the undeformed rod is {stiffness:.6g}, "
                 "but its energy must be convex there"
             )
         raise InputError(
-            f"rod {rod.model_name!r} has no straight state at force = {np.real(values['force']):.10g}: "
+            f"rod {rod.model_name!r} has no straight state at force = {np.real(straight.force):.10g}: "
             "no stretch above 0 with positive stretch stiffness balances it; take a smaller force"
         )
     return complex(nu) if np.iscomplexobj(nu) else float(nu)
 
 
 def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> NDArray[Any]:
-    """ν for parameters and forces that broadcast, NaN where there is no straight rod.
+    """ν for parameters, forces and places u that broadcast, NaN where there is no straight rod.
 
     Newton's method for F1(ν) + F = 0, from the unloaded rod; the slope of the balance in ν is K1.
     """
@@ -149,7 +177,7 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
             # Not beyond zero length, nor beyond the largest load that the rod carries, where K1 changes sign.
             while True:
                 balance, stiffness = at(nu - step)
-                far = (np.real(step) >= np.real(nu)) | ~(np.real(stiffness) > 0)
+                far = (np.real(step) >= np.real(nu)) | np.logical_not(np.real(stiffness) > 0)
                 far &= open_
                 open_ &= ~(far & (np.abs(step) < CLOSE))  # the load is beyond the largest one
                 far &= open_
@@ -175,7 +203,15 @@ def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], 
 
 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    for what, value, assumption in assumptions(straight, ENDS):
+    everywhere = assumptions(straight, PLACES)
+    if straight.varies_implicitly:  # from one end to the other, so that the stretch does not jump between
+
+        def stiffness() -> Any:
+            at_clamp, at_tip = np.real(straight.stretch(ENDS)[0])
+            return straight("stretch_stiffness", nu=np.linspace(at_clamp, at_tip, PLACES.size))
+
+        everywhere = (*everywhere, ("the stretch stiffness", stiffness, "its energy must be convex there"))
+    for what, value, assumption in everywhere:
         least = float(np.min(np.real(value())))
         if not 0 < least < np.inf:
             raise InputError(f"{_straight(rod, straight.force)}: {what} is {least:.6g}, but {assumption}")
@@ -203,4 +239,4 @@ def _reaches(rod: RodParameters, force: Fraction) -> bool:
     except InputError:
         return False
     # Up to the rounding of ν, so that the bound itself, often a short decimal, is reached.
-    return bool(np.min(straight.stretch(ENDS)[0]) >= LEAST_STRETCH - SETTLED)
+    return bool(np.min(straight.stretch(PLACES)[0]) >= LEAST_STRETCH - SETTLED)

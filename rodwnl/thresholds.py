@@ -29,7 +29,7 @@ from rodwnl.parameters import RodParameters
 from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.scan import undecided
 from rodwnl.spectrum import CONVERGED, MOST_STEPS, HopfThreshold
-from rodwnl.straightrod import straight_rod
+from rodwnl.straightrod import ENDS, straight_rod
 from rodwnl.uniformrod import is_uniform
 
 MORE_NODES = 16  # what every threshold is compared with
@@ -134,8 +134,8 @@ def nodes_at(rod: RodParameters, force: float, omega: float) -> Nodes:
     Raises ComputationError where the boundary layers are too thin for MOST_NODES.
     """
     straight = straight_rod(rod, force)
-    axial = straight("X2_operator", u=1.0, lam=1j * omega) / straight("stretch_stiffness", u=1.0)
-    largest = max(wave_number(straight, 1j * omega), float(np.sqrt(np.abs(axial))))
+    axial = straight("X2_operator", u=ENDS, lam=1j * omega) / straight("stretch_stiffness", u=ENDS)
+    largest = max(wave_number(straight, 1j * omega), float(np.sqrt(np.max(np.abs(axial)))))
     count = 32 + 8 * int(np.ceil(largest / 4))
     if count > MOST_NODES:
         raise ComputationError(

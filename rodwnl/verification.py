@@ -84,6 +84,18 @@ def _check(text: str, tex: Path | None, notation: Notation, only: str | None, mo
     rod = FOLLOWER if model is None else find_model(model)
     with refusals(model or rod.name):
         derived = _derived(rod)
+    law = derived.law
+    plain = (
+        derived.hierarchy.straight.nu is not None
+        and not any(law.slopes.values())
+        and "nu" not in law.inverses
+    )
+    if not (law.uniform or plain):
+        raise InputError(
+            f"rod {model or rod.name!r}: along it more than its stretch varies, or that is implicit in the "
+            "force, so no equations can be held against it: beside a distributed load they need "
+            "W = k1 (h1 - 1)^2/2 + …, and other stiffnesses and drag that do not depend on h1"
+        )
     result = verify(text, notation, derived, only)
     if not result.labels and not result.tables:
         raise InputError(

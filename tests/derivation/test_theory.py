@@ -4,7 +4,7 @@ import dataclasses
 
 import mpmath
 import pytest
-from sympy import I, Integer, sqrt
+from sympy import I, Integer, exp, simplify, sqrt
 
 from derivation.adjoint import adjoint_problem, integrate_by_parts
 from derivation.catalogue import objects
@@ -332,6 +332,27 @@ def test_every_shipped_rod_derives_with_its_proofs(name):
     d = derive(MODELS[name])
     assert (d.third.transformed is None) == (name == "partial_follower")
     assert (d.eigenproblem is None) == (name == "distributed")
+
+
+def test_the_slope_of_a_coefficient_is_the_next_coefficient():
+    """Where the stretch varies; of each letter by its formula. No letter's slope is held twice."""
+    nu, u = symbol("nu"), symbol("h1") - 1
+    model = _with(
+        energy=symbol("k1") * (exp(u) - u) + symbol("k2") * (1 + u**2) * _h2**2 + exp(-u) * _curvature**2 / 2,
+        drag=(symbol("v1") * exp(u * _h2**2), exp(u) * symbol("v2"), symbol("Omega")),
+        tip_load=(Integer(0),) * 3,
+        body_load=(-symbol("force"), Integer(0), Integer(0)),
+    )
+    law = expand_model(model, 3)
+    known = {symbol(name): e for name, e in law.constants.items()}
+    beyond = {name for name, slope in law.slopes.items() if slope is None}
+    assert beyond == {"W_500", "W_302", "C2_300"}
+    for name, slope in law.slopes.items():
+        if name not in beyond:
+            assert simplify(slope.xreplace(known) - law.constants[name].diff(nu)) == 0
+    assert law.slopes["K1"] == 6 * symbol("W_300")
+    assert law.slopes["K2"].free_symbols == {symbol("k2"), nu}  # a polynomial needs no letter
+    assert law.slopes["K3"] == 2 * symbol("W_102")
 
 
 def test_rods_that_reduce_to_the_follower_do(follower):

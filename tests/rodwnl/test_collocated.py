@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from rodwnl import cli, expansion, report, thresholds
+from rodwnl import cli, expansion, report, straightrod, thresholds
 from rodwnl.coefficients import landau, landau_at
 from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, static_sign, stepped, unstable_count
 from rodwnl.errors import ComputationError, InputError
+from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.quadrature import gauss_legendre
@@ -196,6 +197,62 @@ def test_the_search_ends_where_the_straight_rod_ends():
     assert cut
     assert float(force) == pytest.approx(200 * strain - 100 * strain**3, rel=1e-8)
     assert largest_force(RodParameters(200, 1e4, 1e-4, model="distributed"), soft.k1)[1]
+
+
+WAVY = """
+name = "wavy"
+energy = "k1*((h1 - 1)^2/2 + depth*(1 - cos(20*(h1 - 1)))/400) + k2*h2^2/2 + Pi^2/2"
+[parameters]
+depth = { default = "2" }
+[drag]
+v1 = "gamma1"
+v2 = "1"
+Omega = "gamma3"
+[[load]]
+kind = "distributed"
+"""
+
+
+def test_the_search_ends_where_the_stretch_would_jump_along_the_rod(tmp_path):
+    """K1 = k1 (1 + 2 cos 20(1 − ν)) has passed through 0 where it is positive again at the clamp."""
+    file = tmp_path / "rod.toml"
+    file.write_text(WAVY)
+    rod = RodParameters(200, 1e2, 1e-2, model=emitted(str(file)))
+    angle = 2 * np.pi / 3
+    ends = 200 / 20 * (angle + 2 * np.sin(angle))
+    force, cut = largest_force(rod, Fraction(100))
+    assert cut
+    assert float(force) == pytest.approx(ends, rel=1e-8)
+    with pytest.raises(
+        InputError, match=r"the stretch stiffness is -.*, but its energy must be convex there"
+    ):
+        predict(rod, 80)
+
+
+@pytest.mark.parametrize("kind", ["follower", "distributed"])
+@pytest.mark.parametrize(("energy", "bound"), [("(h1 - 1)^2/2", "0.999"), ("k1*(h1 - 1)^2", "399.6")])
+def test_a_stretch_stiffness_that_is_no_parameter(tmp_path, energy, bound, kind):
+    """1, and 2 k1: ν is found, and the range ends where F = K1 (1 − ν) compresses the rod to a thousandth."""
+    file = tmp_path / "rod.toml"
+    lines = WAVY.replace('"distributed"', f'"{kind}"').splitlines()
+    lines[2] = f'energy = "{energy} + k2*h2^2/2 + Pi^2/2"'
+    file.write_text("\n".join(lines))
+    rod = RodParameters(200, 1e2, 1e-2, model=emitted(str(file)))
+    force, cut = largest_force(rod, Fraction(1000))
+    assert cut
+    assert float(force) == pytest.approx(float(bound), rel=1e-9)
+
+
+def test_a_stretch_that_is_not_found_is_one_line(tmp_path, monkeypatch):
+    """Where Newton's method does not arrive, here because it may take one step only."""
+    file = tmp_path / "rod.toml"
+    file.write_text(WAVY)
+    straight = straight_rod(RodParameters(200, 1e2, 1e-2, model=emitted(str(file)), depth="0.5"), 40)
+    monkeypatch.setattr(straightrod, "MOST_STEPS", 1)
+    with pytest.raises(
+        InputError, match=r"force = 40 no stretch of the straight rod was found at u = 0\.25; "
+    ):
+        straight.stretch(np.array([0.125, 0.25]))
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,11 +21,13 @@ from derivation.pipeline import derive
 from rodwnl import cli
 from rodwnl.commands.export import AUTO, FORMATS
 
+LOADED = Path(__file__).parents[2] / "examples" / "loaded.toml"
 ROD = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
 RODS = {
     "follower": ROD,
     "distributed": ["--model", "distributed", *ROD],  # coefficients that vary along the rod
     "quartic": ["--model", "quartic", "--k1", "1e3", "--k2", "1e3", "--gamma3", "1e-3"],  # nu is an unknown
+    "loaded": ["--model", str(LOADED), "--k1", "200", "--k2", "100", "--gamma3", "1e-2"],  # nu is a function
 }
 
 

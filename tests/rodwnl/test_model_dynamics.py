@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,8 +24,11 @@ from rodwnl.predictions import predict, predict_at
 from rodwnl.reduced import reduced_model
 from rodwnl.simulation import simulate
 from rodwnl.spectrum import hopf_thresholds
+from rodwnl.straightrod import straight_rod
+from rodwnl.strainform import integrals
 
 SOFT = (200.0, 1e4, 1e-4)
+LOADED = str(Path(__file__).parents[2] / "examples" / "loaded.toml")
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -44,6 +48,18 @@ def test_emitted_laws_are_those_written_by_hand(model):
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("force", [40.0, 57.635385877629808, 120.0])
+def test_the_straight_rod_is_the_same_by_both_routes(force):
+    """Newton's method at each place, and on slopes of the strains, whose rounding keeps its steps from 0."""
+    rod = RodParameters(200, 1e2, 1e-2, model=emitted(LOADED), stretch4="1e4")
+    form = law_form(rod, force, 64)
+    x, _, _, F1 = form.fields(form.straight)
+    nu, nu_u = straight_rod(rod, force).stretch(form.nodes)
+    np.testing.assert_allclose(form.straight[:65], nu_u, rtol=1e-9)
+    np.testing.assert_allclose(x, integrals(64).up @ nu, atol=1e-13)
+    np.testing.assert_allclose(F1, force * (form.nodes - 1), atol=1e-10)
+
+
 def test_exponentials_and_logarithms_are_differentiated():
     """log(exp(f)) is f through the third derivative, and exp is its own."""
     x = nilpotent(0.7, (1, 1.0), (2, 2.0), (3, 3.0))
@@ -57,11 +73,14 @@ def test_exponentials_and_logarithms_are_differentiated():
 
 @pytest.mark.parametrize(
     ("model", "values"),
-    [("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT), ("distributed", (1e4, 1e4, 1e-4))],
+    [
+        *(("metric_drag", SOFT), ("quartic", SOFT), ("partial_follower", SOFT)),
+        *(("distributed", (1e4, 1e4, 1e-4)), (LOADED, (200, 1e2, 1e-2))),
+    ],
 )
 def test_orbits_near_onset_are_those_predicted(model, values):
     """With half the detuning twice as close to the prediction of order 3, which leaves out the next."""
-    rod = RodParameters(*values, model=model)
+    rod = RodParameters(*values, model=emitted(model))
     threshold = predict(rod, 1)[0].coefficients.force
 
     def error(detuning: float) -> float:
@@ -94,11 +113,12 @@ def test_a_subcritical_branch_begins_unstable_as_predicted():
         ("quartic", SOFT, 54.0),
         ("partial_follower", SOFT, 46.0),
         ("distributed", (1e4, 1e4, 1e-4), 80.0),
+        (LOADED, (200, 1e2, 1e-2), 63.0),
     ],
 )
 def test_runs_end_on_the_orbit(model, values, force):
     """Two numerical methods that share only R: A_tip and ω of a run begun next to the orbit."""
-    rod = RodParameters(*values, model=model)
+    rod = RodParameters(*values, model=emitted(model))
     orbit = periodic_orbits(rod, force).orbits[0]
     # d ln A/dt towards the orbit; the first half of the run leaves less than 1e-5 of the distance to it
     rate = -np.log(abs(orbit.multipliers[0])) * orbit.omega / (2 * np.pi)

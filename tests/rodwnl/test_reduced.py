@@ -1,6 +1,7 @@
 """The reduced model: the amplitude equation's solution, and the shapes it stands for."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,12 +14,14 @@ from rodwnl.coexistence import periodic_orbits
 from rodwnl.collocation import chebyshev
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.errors import ComputationError, InputError
+from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict_at
 from rodwnl.reduced import reduced_model, stuart_landau
 from rodwnl.simulation import simulate
 
 FIRST = RodParameters("1e4", "1e4", "1e-4")
+LOADED = str(Path(__file__).parents[2] / "examples" / "loaded.toml")
 REENTRANT = RodParameters(200, "1e4", "1e-4")
 
 
@@ -115,11 +118,18 @@ def test_close_to_the_threshold_it_follows_the_full_rod_through_the_transient():
 
 @pytest.mark.parametrize(
     ("model", "values"),
-    [("metric_drag", (200, 1e4, 1e-4)), ("quartic", (200, 1e4, 1e-4)), ("distributed", (1e4, 1e4, 1e-4))],
+    [
+        *(
+            ("metric_drag", (200, 1e4, 1e-4)),
+            ("quartic", (200, 1e4, 1e-4)),
+            ("distributed", (1e4, 1e4, 1e-4)),
+        ),
+        (LOADED, (200, 1e2, 1e-2)),
+    ],
 )
 def test_shapes_of_another_rod_part_from_its_orbit_with_the_next_order(model, values):
     """y and θ with the third power of the amplitude, x and the axial force with the fourth."""
-    rod = RodParameters(*values, model=model)
+    rod = RodParameters(*values, model=emitted(model))
     c = landau(rod)[0]
     law, tau = emitted_law(rod), 2 * np.pi * np.arange(16) / 16
 

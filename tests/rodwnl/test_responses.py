@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rodwnl import InputError, RodParameters, landau
+from rodwnl.models import emitted
 from rodwnl.modes import nodes_at
 from rodwnl.quadrature import gauss_legendre
 from rodwnl.responses import _responses, amplitude_equation, terms
@@ -40,11 +41,28 @@ def test_change_of_gauge():
     assert moved["c320"] - c["c320"] == pytest.approx(2j * (alpha * np.conj(g)).imag, rel=1e-6)
 
 
-def test_curvatures_are_those_of_the_branch_of_orbits():
+METRIC = """
+name = "loaded_metric"
+energy = "k1*(exp(h1 - 1) - h1) + k2*h2^2/2 + Pi^2/2"
+[drag]
+v1 = "gamma1*sqrt(h1^2 + h2^2)"
+v2 = "sqrt(h1^2 + h2^2)"
+Omega = "gamma3"
+[[load]]
+kind = "distributed"
+"""
+
+
+@pytest.mark.parametrize("model", ["follower", METRIC], ids=["follower", "loaded_metric"])
+def test_curvatures_are_those_of_the_branch_of_orbits(model, tmp_path):
     """(A_tip^2/delta - slope)/delta at two small delta, extrapolated to onset; omega likewise."""
     from rodwnl.coexistence import periodic_orbits
 
-    rod = RodParameters("1e4", "1e2", "1e-2")
+    if model == METRIC:
+        file = tmp_path / "rod.toml"
+        file.write_text(METRIC)
+        model = emitted(str(file))
+    rod = RodParameters("200" if model != "follower" else "1e4", "1e2", "1e-2", model=model)
     (threshold,) = landau(rod)
     equation = amplitude_equation(rod, threshold.threshold)
     measured = []

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -45,6 +46,13 @@ def run(capsys, *arguments):
 def document(capsys, *arguments):
     code, out, _ = run(capsys, "--json", *arguments)
     return code, json.loads(out)
+
+
+def test_a_rod_along_which_more_varies_than_nu_and_mu_is_refused(capsys):
+    file = Path(__file__).parents[2] / "examples" / "loaded.toml"
+    code, out, err = run(capsys, "--model", str(file))
+    assert (code, out) == (2, "")
+    assert re.fullmatch(r".*loaded\.toml': along it more than its stretch varies, or .*\n", err)
 
 
 def test_the_bundled_equations_hold(capsys):

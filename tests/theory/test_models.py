@@ -24,6 +24,7 @@ from rodwnl.strainform import follower, tip
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 STIFF, SHEARABLE, SOFT = (1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200.0, 1e4, 1e-4)
+CRISP = (200.0, 1e2, 1e-2)
 AGREE = 1e-10  # what is found is below 3e-12; a wrong term anywhere is of order one
 
 
@@ -255,6 +256,26 @@ def graded(k1, k2, gamma3, gamma1):
     )
 
 
+def loaded(law):
+    """A law with the force of `distributed` in place of that at its tip."""
+
+    def along(*parameters, **own):
+        plain = LAWS["distributed"](*parameters)
+        return replace(law(*parameters, **own), load=plain.load, body=plain.body)
+
+    return along
+
+
+LOADED_EXPONENTIAL = EXPONENTIAL.replace('"gamma1"', '"gamma1*sqrt(h1^2 + h2^2)"').replace(
+    "follower", "distributed"
+)
+
+
+def metric_exponential(*parameters):
+    metric, plain = (law(*parameters) for law in (LAWS["metric_drag"], exponential))
+    return replace(plain, drag=lambda *h: (metric.drag(*h)[0], *plain.drag(*h)[1:]))
+
+
 CONSTANTS = """
 name = "constants"
 energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/3 + sqrt(2)/3*Pi^4"
@@ -296,9 +317,11 @@ def constants(k1, k2, gamma3, gamma1, *, s):
         (EXPONENTIAL, exponential, SOFT, ["destabilizing", "restabilizing"]),
         (LOGARITHMIC, logarithmic, SOFT, ["destabilizing"]),
         (GRADED, graded, (1e4, 1e2, 1e-2), ["destabilizing"]),
+        ((EXAMPLES / "loaded.toml").read_text(), loaded(LAWS["quartic"]), CRISP, ["destabilizing"]),
+        (LOADED_EXPONENTIAL, loaded(metric_exponential), CRISP, ["destabilizing"]),
         (CONSTANTS, constants, (1e4, 1e3, 1e-3), ["destabilizing"]),
     ],
-    ids=["everything", "exponential", "logarithmic", "graded", "constants"],
+    ids=["everything", "exponential", "logarithmic", "graded", "loaded", "loaded_exponential", "constants"],
 )
 def test_rods_from_files_are_confirmed(tmp_path, text, law, values, crossings):
     """Couplings of all strains, drag in every strain, loads in angle and velocities; analytic energies."""
@@ -324,6 +347,17 @@ def test_quartic_terms_that_vanish_give_the_plain_rod():
     for a, b in zip(plain, none, strict=True):
         assert b.alpha == pytest.approx(a.alpha, rel=1e-11)
         assert b.A_tip2_slope == pytest.approx(a.A_tip2_slope, rel=1e-11)
+
+
+@pytest.mark.parametrize(("edit", "k1"), [(("", ""), 200), (("k1*(h1 - 1)^2/2", "k1*(h1 - 1)^2"), 100)])
+def test_an_implicit_stretch_under_a_distributed_load_has_the_explicit_limit(tmp_path, edit, k1):
+    """Without quartic terms, also where the energy is written with twice the stiffness."""
+    file = tmp_path / "rod.toml"
+    file.write_text((EXAMPLES / "loaded.toml").read_text().replace(*edit))
+    limit = landau(RodParameters(k1, *CRISP[1:], model=emitted(str(file)), stretch4=0, bend4=0))[0]
+    plain = landau(RodParameters(*CRISP, model="distributed"))[0]
+    for name in ("force", "omega", "alpha", "beta", "A_tip2_slope", "omega_slope"):
+        assert getattr(limit, name) == pytest.approx(getattr(plain, name), rel=1e-11)
 
 
 def test_metric_drag_only_rescales_time_in_the_linear_problem():
@@ -354,6 +388,24 @@ def test_the_stiff_limit(model, limit, tolerance):
     first, second = np.diff(forces)
     assert first / second == pytest.approx(10, rel=0.02)
     assert forces[-1] + second / 9 == pytest.approx(limit, abs=tolerance)
+
+
+def test_a_rod_loaded_along_it_and_across_its_tip_buckles_as_predicted(tmp_path):
+    """An exponential energy; the tip's load (0 where it is straight) makes the pitchfork."""
+    file = tmp_path / "rod.toml"
+    file.write_text(
+        LOADED_EXPONENTIAL + '[[load]]\nkind = "dead"\n[[load]]\nkind = "follower"\nshare = "-1"\n'
+    )
+    rod = RodParameters(*CRISP, model=emitted(str(file)))
+    threshold = hopf_thresholds(rod, 10).steady[0]
+    predicted = pitchfork(rod, threshold)
+    law = replace(
+        loaded(metric_exponential)(*CRISP, 0.5),
+        load=lambda theta, v, force: (force - force * cos(theta), force * sin(theta), 0.0),
+    )
+    slopes = [(buckled_force(law, threshold.force, 24, a) - threshold.force) / a**2 for a in (0.02, 0.04)]
+    assert (4 * slopes[0] - slopes[1]) / 3 == pytest.approx(1 / predicted.y_tip2_slope, rel=1e-5)
+    assert predicted.beta == pytest.approx(threshold.slope.real, rel=1e-9)
 
 
 def buckled_force(law, force, degree, size):

@@ -95,8 +95,10 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
         )
     except (UndecidedError, UnfitError):
         return "the equation has no meaning to compute with"
-    except (ArithmeticError, KeyError, ModelError) as breaks:
+    except ModelError as breaks:
         return f"the derivation breaks down with it: {breaks}"
+    except (ArithmeticError, KeyError):
+        return "the derivation breaks down with it"
 
 
 def _replaced(low: Lowering, body: Relation, theory: Theory) -> Chain | None:

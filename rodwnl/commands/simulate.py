@@ -37,6 +37,7 @@ def command(
         bool, typer.Option("--check", help="Again with twice the time, and with a finer grid and tolerance.")
     ] = False,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Write the run as netCDF.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in FILE.nc.")] = False,
     animate: Annotated[
         Path | None, typer.Option(metavar="FILE.gif|mp4", help="Draw the last beats as a film.")
     ] = None,
@@ -54,7 +55,7 @@ def command(
     duration = positive("time", time) / (rod.scales.time if rod.scales else 1)
     chosen = _nodes(nodes)
     tolerance = float(positive("rtol", rtol))
-    _require_writable(out, animate, expected_size(rod, exact, duration))
+    _require_writable(out, overwrite, animate, expected_size(rod, exact, duration))
     with _progress("simulating") as progress:
         run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)
     if out is not None:
@@ -93,11 +94,18 @@ def _nodes(text: str) -> Any:
     raise InputError(f"nodes is {text!r}, but it must be auto or a whole number from 8 to 128")
 
 
-def _require_writable(out: Path | None, film: Path | None, size: int) -> None:
-    from rodwnl.storage import require_writable
+def _require_writable(out: Path | None, overwrite: bool, film: Path | None, size: int) -> None:
+    from rodwnl.storage import require_new, require_writable
 
     if out is not None:
+        from rodwnl.simulation import is_run
+
+        if out.suffix != ".nc":
+            raise InputError(f"cannot write the run to {out}: its name must end in .nc (netCDF)")
         require_writable(out, size)
+        require_new(out, overwrite, is_run, "a run that simulate wrote")
+    elif overwrite:
+        raise InputError("--overwrite says that --out may replace an earlier run: give --out FILE.nc too")
     if film is not None:
         from rodwnl.animation import require_format
 

@@ -50,6 +50,19 @@ def number(value: float, error: float = 0.0, digits: int = 12) -> str:
     return f"{rounded:f}"
 
 
+def measured(value: float, error: float) -> str:
+    """As `number`, but with the error beside it where this would leave fewer than three digits.
+
+    measured(0.101766, 1e-7) is 0.1017660, and measured(0.0305, 0.0055) is 0.030 ± 0.006.
+    """
+    size, bound = (Decimal(repr(float(abs(x)))) for x in (value, error))
+    if not bound or (size and bound.adjusted() < size.adjusted() - 2):
+        return number(value, error)
+    unit = Decimal(1).scaleb(bound.adjusted())
+    rounded = Decimal(repr(float(value))).quantize(unit, context=_ROUNDING)
+    return f"{rounded:f} ± {bound.quantize(unit, rounding=ROUND_CEILING, context=_ROUNDING):f}"
+
+
 def complex_number(value: complex, error: float = 0.0, digits: int = 12) -> str:
     """A complex number as the paper prints one, -971.79 + 29.09i; `error` bounds both parts."""
     imaginary = number(abs(value.imag), error, digits)

@@ -1,4 +1,4 @@
-"""The documents' Python code: whatever is printed there runs as it stands; what is long is at least importable."""
+"""The documents' Python code runs as it stands; what takes long has at least imports that exist."""
 
 import ast
 import builtins

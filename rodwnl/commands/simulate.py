@@ -11,9 +11,9 @@ import typer
 
 from rodwnl.errors import InputError
 from rodwnl.options import Json, read_force, takes_rod
-from rodwnl.output import print_json, print_table
+from rodwnl.output import measured, print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text, positive
-from rodwnl.report import cell, heading, rod_document, rod_sentence, with_unit
+from rodwnl.report import heading, rod_document, rod_sentence, scale, with_unit
 
 if TYPE_CHECKING:
     from rodwnl.readout import Reading
@@ -156,13 +156,20 @@ def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -
     names = ("A_tip", "omega", "y_tip") if buckled else ("A_tip", "omega")
     rows = []
     for name, reading in readings.items():
-        values = [cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
+        values = [_cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
         changes = [
             _relative(getattr(reading, n), getattr(full, n)) if reading is not full else "" for n in names
         ]
         rows.append([name, reading.state, *values, *(changes if len(readings) > 1 else [])])
     changes = [f"change of {names[0]}", *(f"of {n}" for n in names[1:])] if len(readings) > 1 else []
     print_table(["", "state", *(heading(rod, n) for n in names), *changes], rows)
+
+
+def _cell(rod: RodParameters, name: str, value: float | None, error: float | None) -> str:
+    """What was read, in the rod's units; what has not settled with its error."""
+    if value is None or error is None:
+        return "-"
+    return measured(value * scale(rod, name), error * scale(rod, name))
 
 
 _STATES = {

@@ -7,7 +7,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rodwnl.output import complex_number, number, print_json, print_table
+from rodwnl.output import complex_number, measured, number, print_json, print_table
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.101766, 1e-7, "0.1017660"),
+        (0.03051, 0.0055, "0.031 ± 0.006"),
+        (12345.6, 678, "12300 ± 700"),
+        (191.4, 0.9, "191.4 ± 0.9"),
+        (1e-3, 0.2, "0.0 ± 0.2"),
+        (0.5, 0.0, "0.500000000000"),
+    ],
+)
+def test_what_has_few_certain_digits_is_printed_with_its_error(value, error, text):
+    assert measured(value, error) == text
 
 
 @pytest.mark.parametrize(

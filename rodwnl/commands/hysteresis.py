@@ -42,9 +42,10 @@ def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) 
                 ],
             )
     if not found.intervals:
+        reach = with_unit(rod, "force", found.search.max_force)
         print(
-            f"Up to {heading(rod, 'force')} = {with_unit(rod, 'force', found.search.max_force)} the straight rod "
-            "and a periodic orbit are nowhere both stable: no hysteresis there."
+            f"Up to {heading(rod, 'force')} = {reach} the straight rod and a periodic orbit are nowhere both "
+            "stable: no hysteresis there."
         )
     for low, high in found.intervals:
         ends = " and ".join(cell(rod, "force", end, 1e-7) for end in (low, high))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from sympy import Expr, Integer
 
 from derivation.emit.program import Argument, Function, Package
-from derivation.signature import scalar
+from derivation.signature import needs_namespace, scalar
 from derivation.symbols import meaning, symbol
 
 SHAPES = ("Y", "H", "Theta", "Theta_u")
@@ -83,6 +83,7 @@ def critical_mode_problem(package: Package) -> BoundaryValueProblem:
             ("eq:primal_eigenproblem",),
             (*(_state(s) for s in states), *parameters),
             tuple(zip((f"{s}_slope" for s in states), derivatives, strict=True)),
+            namespace=needs_namespace(derivatives),
         ),
         Function(
             "conditions",
@@ -90,6 +91,7 @@ def critical_mode_problem(package: Package) -> BoundaryValueProblem:
             ("eq:primal_eigenproblem",),
             (*(_state(s) for s in ends), *parameters),
             tuple(conditions.items()),
+            namespace=needs_namespace(conditions.values()),
         ),
         parameters,
         ("force", "omega", *["nu"] * (implicit and not profile)),

@@ -160,6 +160,7 @@ _RESERVED = {
     *(*BASIC, *STRAINS, *VELOCITIES, *STRESSES, "force", "theta", "xp", "x", "y", "c"),
     *(*PARAMETERS, *QUANTITIES, *AMPLITUDE, *SHAPES, *STRAIGHT, "exp", "log", "sqrt"),
     *("length", "k3", "gamma2", "model", "scales", "L", "stretch", "sign", "slope", "tension", "forcing"),
+    *("shear", "compression", "balance", "along_v1", "along_v2", "along_Omega", "g1", "g2", "g3", "g4"),
 }
 
 #: Names that the derivation makes: derivatives, values at the ends, responses, coefficients, inverses.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rodwnl import kernels
 from rodwnl.jets import NAMESPACE, Jet, value
 from rodwnl.parameters import PLAIN, RodParameters
-from rodwnl.straightrod import LEAST_STRETCH, StraightRod, arguments, assumptions, balanced_stretch
+from rodwnl.straightrod import StraightRod, arguments, assumptions, balanced_stretch, held
 
 Real = NDArray[np.float64]
 
@@ -78,29 +78,31 @@ def uniform(model: str) -> bool:
 def largest_forces(rods: Rods, asked: float) -> Real:
     """Up to which force each rod is searched, (n,): `asked`, or where the straight rod ends; NaN without one.
 
-    The plain rod ends at k1, where it has length 0. Others end where they are compressed to LEAST_STRETCH or
-    break an assumption of the theory, as for one rod (`rodwnl.straightrod`).
+    The plain rod ends at k1, where it has length 0. Others end where they are at the LEAST of an
+    assumption of the theory, as for one rod (`rodwnl.straightrod`).
     """
     if rods.model == PLAIN:
         return np.asarray(np.minimum(rods.values["k1"], asked))
     high = np.full(len(rods), asked)
-    low = np.where(_sound(rods, np.zeros(len(rods)), 0), 0.0, np.nan)
-    reached = _sound(rods, high, LEAST_STRETCH)
+    low = np.where(_sound(rods, np.zeros(len(rods))), 0.0, np.nan)
+    reached = _sound(rods, high)
     low = np.where(reached & np.isfinite(low), high, low)
     short = np.flatnonzero(~reached & np.isfinite(low))
     some, below, above = rods[short], low[short], high[short]
     for _ in range(BISECTIONS if short.size else 0):
         middle = (below + above) / 2
-        good = _sound(some, middle, LEAST_STRETCH)
+        good = _sound(some, middle)
         below, above = np.where(good, middle, below), np.where(good, above, middle)
     low[short] = below
     return low
 
 
-def _sound(rods: Rods, force: Real, least: float) -> NDArray[np.bool_]:
-    """Whether there is a straight rod that obeys the assumptions, not compressed further than `least`."""
-    straight = rods.at(force)
+def _sound(rods: Rods, force: Real) -> NDArray[np.bool_]:
+    """Whether there is a straight rod that obeys the assumptions, each as far as LEAST says."""
+    unloaded, straight = rods.at(np.zeros(len(rods))), rods.at(force)
     good = np.ones(len(rods), dtype=bool)
-    for _, quantity, _ in assumptions(straight, 0.0):
-        good &= np.real(quantity()) > 0
-    return np.asarray(good & (np.real(straight.stretch(0.0)[0]) >= least))
+    for (what, before, _), (_, now, _) in zip(
+        assumptions(unloaded, 0.0), assumptions(straight, 0.0), strict=True
+    ):
+        good &= held(what, np.real(before()), np.real(now()))
+    return good

@@ -214,7 +214,7 @@ def threshold_curve(
         first = _reversed(first)
     low, high = sorted([X[0], system.unknown(0, stop)])
     points, end = _follow(system, first, 0, (low, high))
-    curve = _curve(system, points, end)
+    curve = _curve(system, points, end, {name: (begin, stop)})
     return curve, tuple(_special_points(system, points, curve))
 
 
@@ -238,7 +238,7 @@ def special_curve(point: SpecialPoint, vary: tuple[str, str], stop: float) -> Cu
         first = _reversed(first)
     low, high = sorted([X[1], system.unknown(1, stop)])
     points, end = _follow(system, first, 1, (low, high))
-    return _curve(system, points, end)
+    return _curve(system, points, end, {second: (point.rod[second], stop)})
 
 
 def special_point(
@@ -308,7 +308,10 @@ def _follow(
     return points, f"{MOST_POINTS} points were computed"
 
 
-def _curve(system: Equations, points: list[Point], end: str) -> Curve:
+def _curve(
+    system: Equations, points: list[Point], end: str, bounds: Mapping[str, tuple[float, float]]
+) -> Curve:
+    """The record of these points; bounds: from where to where a parameter was asked to vary."""
     X = np.array([point.X for point in points]).T
     rods, force, omegas = system.at(X)
     c = system.coefficients(X)
@@ -318,8 +321,12 @@ def _curve(system: Equations, points: list[Point], end: str) -> Curve:
     with np.errstate(all="ignore"):
         unstable = lines(rods, np.concatenate([number, number]), both).unstable.reshape(2, -1)
     omega2 = omegas[1] if len(omegas) > 1 else None
+    values = dict(rods.values)
+    for name, ends in bounds.items():  # exp(log x) is x up to rounding
+        for bound in ends:
+            values[name] = np.where(np.abs(values[name] - bound) <= 4 * EPS * abs(bound), bound, values[name])
     others = (unstable.min(axis=0) + 1) // 2
-    return Curve(system.vary, rods.values, force, omegas[0], omega2, c.alpha, c.beta, others, end)
+    return Curve(system.vary, values, force, omegas[0], omega2, c.alpha, c.beta, others, end)
 
 
 def _special_points(system: Equations, points: list[Point], curve: Curve) -> Iterator[SpecialPoint]:

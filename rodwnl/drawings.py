@@ -16,7 +16,7 @@ from rodwnl.animation import ARROW, STYLE, load_arrows
 from rodwnl.collocation import interpolation
 from rodwnl.errors import InputError
 from rodwnl.figuredata import Column, Comparison, EigenvaluePath, SimulatedPoint, by_rod
-from rodwnl.output import complex_number
+from rodwnl.output import complex_number, measured
 from rodwnl.parameters import PLAIN, RodParameters
 from rodwnl.reduced import ReducedModel
 from rodwnl.simulation import Simulation
@@ -212,7 +212,11 @@ def one_run(dataset: xarray.Dataset) -> Drawing:
     names_of = str(attributes.get("parameters", "k1 k2 gamma3 gamma1")).split()
     shown_names = [name for name in ("model", *names_of, "force") if name in attributes]
     known = [f"{name} = {attributes[name]}" for name in shown_names]
-    read = [f"{name} = {attributes[name]:.6g}" for name in ("A_tip", "omega", "y_tip") if name in attributes]
+    read = [
+        f"{name} = {measured(attributes[name], attributes.get(f'{name}_error', 0.0))}"
+        for name in ("A_tip", "omega", "y_tip")
+        if name in attributes
+    ]
     state = f"; {attributes['state']}" if "state" in attributes else ""
     caption = ", ".join([*known, *read]) + state
     figure.suptitle(caption, fontsize=6.5)

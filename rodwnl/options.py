@@ -6,12 +6,14 @@ Numbers arrive as text and are read exactly; nothing is rounded before the numer
 import inspect
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from rodwnl.errors import InputError
 from rodwnl.parameters import RodParameters, exact, positive, shown
+from rodwnl.storage import require_apart
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document, numbers as decimal texts.")]
 MaxForce = Annotated[
@@ -100,6 +102,8 @@ def takes_rod(command: Callable[..., Any]) -> Callable[..., Any]:
 
     def with_rod(**given: Any) -> Any:
         values = {name: given.pop(name) for name in (*_REQUIRED, *_OPTIONAL, *_SI, "model", "parameter")}
+        for output in (value for value in given.values() if isinstance(value, Path)):
+            require_apart(output, values["model"])
         return command(rod=read_rod(values), **given)
 
     with_rod.__doc__ = command.__doc__

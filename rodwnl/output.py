@@ -43,11 +43,30 @@ def number(value: float, error: float = 0.0, digits: int = 12) -> str:
         raise ValueError(f"{value} is not a number to print")
     place = exact.adjusted() - digits + 1
     if error:
-        place = max(place, int(Decimal(repr(2 * float(error))).log10().to_integral_value(ROUND_CEILING)))
+        place = max(place, _certain(error))
     rounded = exact.quantize(Decimal(1).scaleb(place), context=_ROUNDING)
+    rounded = rounded or rounded.copy_abs()  # no sign before what is zero
     if place > 0 or (rounded and rounded.adjusted() < -5):
         return f"{rounded:e}"
     return f"{rounded:f}"
+
+
+def _certain(error: float) -> int:
+    """The power of ten of the last place that an absolute error leaves certain."""
+    return int(Decimal(repr(2 * float(error))).log10().to_integral_value(ROUND_CEILING))
+
+
+def measured(value: float, error: float) -> str:
+    """As `number`, but with the error beside it where this would leave fewer than three digits.
+
+    measured(0.101766, 1e-7) is 0.101766, and measured(0.0305, 0.0055) is 0.030 ± 0.006.
+    """
+    size, bound = (Decimal(repr(float(abs(x)))) for x in (value, error))
+    if not bound or (size and _certain(error) <= size.adjusted() - 2):
+        return number(value, error)
+    unit = Decimal(1).scaleb(bound.adjusted())
+    rounded = Decimal(repr(float(value))).quantize(unit, context=_ROUNDING)
+    return f"{rounded:f} ± {bound.quantize(unit, rounding=ROUND_CEILING, context=_ROUNDING):f}"
 
 
 def complex_number(value: complex, error: float = 0.0, digits: int = 12) -> str:

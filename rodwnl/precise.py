@@ -6,6 +6,7 @@ Tables are in SI units for a rod that was given in SI units; JSON is always dime
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 Dialect = tuple[str, int | None]  # a convention's name and the number of intervals of the mesh
 
 DEFAULT_DIGITS = 15
+DOUBLE_DIGITS = 17  # of JSON without --digits: as many as a double may need
 NUMBERS_OF_HOPF = ("force", "omega")
 NUMBERS_OF_PITCHFORK = ("force", "alpha", "beta", "y_tip2_slope")
 NUMBERS_OF_LANDAU = (*NUMBERS_OF_HOPF, "alpha", "beta", "A_tip2_slope", "omega_slope")
@@ -63,7 +65,8 @@ def print_precise(
     if certified:
         flint()
     search = hopf_thresholds(rod, max_force)
-    digits = DEFAULT_DIGITS if digits is None else digits
+    if digits is None:
+        digits = DOUBLE_DIGITS if json and not certified else DEFAULT_DIGITS
     if certified:
         print_certified(search, digits, names, json=json, complete=complete)
     else:
@@ -246,6 +249,7 @@ def exact_entry(t: ExactThreshold, names: Sequence[str]) -> dict[str, Any]:
     with mp.workdps(t.working_digits):
         return {
             **{name: _entry(getattr(t, name), lambda x: digits_text(x, t.digits)) for name in names},
+            "error": {name: _rounding(getattr(t, name), t.digits) for name in names},
             "crossing": t.crossing,
             "criticality": t.criticality,
             "digits": t.digits,
@@ -253,6 +257,12 @@ def exact_entry(t: ExactThreshold, names: Sequence[str]) -> dict[str, Any]:
             "digits_that_agree": int(min(t.agreement, t.working_digits)),
             "residuals": {name: mp.nstr(r, 3) for name, r in t.residuals.items()},
         }
+
+
+def _rounding(value: Any, digits: int) -> str:
+    """A bound of what rounding to so many correct digits changes; of a complex number in either part."""
+    places = [Decimal(digits_text(x, digits)).adjusted() - digits for _, x in _real_parts(value)]
+    return f"5e{max(places)}"
 
 
 def certified_entry(t: CertifiedThreshold, names: Sequence[str]) -> dict[str, Any]:

@@ -95,7 +95,7 @@ def sentences(search: "HopfSearch") -> list[str]:
         said.append(
             "The range ends at force = k1, where the straight rod would have length zero."
             if rod.model == PLAIN
-            else "The range ends there because the straight rod is compressed to a thousandth, or ends."
+            else f"The range ends there: beyond, {_beyond(search)}."
         )
     if search.unstable_unloaded:
         many = search.unstable_unloaded > 1
@@ -108,6 +108,13 @@ def sentences(search: "HopfSearch") -> list[str]:
     if not search.thresholds:
         said.append("No Hopf threshold." if search.steady else _quiet(search))
     return said
+
+
+def _beyond(search: "HopfSearch") -> str:
+    """What keeps the search from a force a little larger than those searched."""
+    from rodwnl.straightrod import obstacle
+
+    return obstacle(search.rod, search.max_force * Fraction(1000001, 1000000))
 
 
 def _buckling(search: "HopfSearch", threshold: "HopfThreshold") -> str:

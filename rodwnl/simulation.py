@@ -13,6 +13,7 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -24,7 +25,7 @@ from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import leading_eigenvalues
 from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive, require_rod
 from rodwnl.readout import Reading, read
-from rodwnl.storage import require
+from rodwnl.storage import file_attributes, require
 
 if TYPE_CHECKING:
     import xarray
@@ -42,6 +43,7 @@ MOST_SAMPLES = 2_000_000
 OSCILLATING = 1e-6  # |Im λ|/|λ| of an eigenvalue that is not real up to round-off
 ATOL = 1e-2  # absolute tolerance over the relative one: angles and displacements of 0.01 L count as large
 LARGEST_PERTURBATION = 3
+TITLE = "Planar Cosserat rod"  # how the title of every file begins
 CHUNK = 2 * SAMPLES_PER_PERIOD  # samples read together; in the first the start meets the tip conditions
 
 Progress = Callable[[float], None]
@@ -328,6 +330,12 @@ def _tip_load(form: AngleForm | LawForm, theta: Array) -> Array:
     return np.stack([along * c - across * s, along * s + across * c], axis=-1)
 
 
+def is_run(path: Path) -> bool:
+    """Whether this file was written from a dataset of `to_dataset`."""
+    found = file_attributes(path)
+    return found.get("title", "").startswith(TITLE) and "spectral_tail" in found
+
+
 def to_dataset(run: Simulation) -> xarray.Dataset:
     """The run with names, units and everything that is needed to repeat it."""
     xr: Any = require("xarray", "simulate")
@@ -369,9 +377,9 @@ def to_dataset(run: Simulation) -> xarray.Dataset:
             "u": variable(("node",), run.nodes, length, "material coordinate, 0 at the clamp, 1 at the tip"),
         },
         attrs={
-            "title": "Planar Cosserat rod under a follower force, full nonlinear equations"
+            "title": f"{TITLE} under a follower force, full nonlinear equations"
             if plain
-            else f"Planar Cosserat rod {run.rod.model_name!r}, full nonlinear equations",
+            else f"{TITLE} {run.rod.model_name!r}, full nonlinear equations",
             "conventions": "dimensionless: lengths in L, times in gamma2 L^4/k3, forces in k3/L^2",
             **({} if plain else {"model": run.rod.model_name}),
             "parameters": " ".join(run.rod.texts()),

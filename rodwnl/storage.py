@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -57,6 +57,30 @@ def require_writable(path: Path, size: int = 0) -> None:
         )
 
 
+def require_apart(output: Path, *inputs: Path | str | None) -> None:
+    """Raise InputError where `output` is a file that the same command reads: writing would destroy it.
+
+    An `output` that is a folder holds what the command names itself, in formats of its own: only an input
+    there that ends in .toml cannot be hit.
+    """
+    for given in inputs:
+        if given is None or not Path(given).is_file():
+            continue
+        hit = output / Path(given).name if output.is_dir() and Path(given).suffix != ".toml" else output
+        if hit.exists() and hit.samefile(given):
+            raise InputError(f"cannot write {output}: this command reads {given}; choose another place")
+
+
+def require_new(path: Path, overwrite: bool, ours: Callable[[Path], bool], kind: str) -> None:
+    """Refuse to replace `path` unless that was asked for and `ours` says that it is what `kind` names."""
+    if not path.exists():
+        return
+    if not overwrite:
+        raise InputError(f"{path} exists: give --overwrite to replace it, or choose another name")
+    if not ours(path):
+        raise InputError(f"cannot replace {path}: it is not {kind}; move it away or choose another name")
+
+
 def _require_replaceable(path: Path) -> None:
     """Only a regular file may be replaced: a device or a pipe would be lost."""
     if path.is_dir():
@@ -69,6 +93,15 @@ def save(dataset: xarray.Dataset, path: Path) -> None:
     """Write a dataset as netCDF 4. Raises OSError where the disk refuses; then nothing stands at `path`."""
     with replacing(path) as temporary:
         dataset.to_netcdf(os.fspath(temporary), engine=ENGINE)
+
+
+def file_attributes(path: Path) -> dict[str, str]:
+    """What a netCDF file says about itself, as texts; nothing where it is none that can be read."""
+    try:
+        with require("h5netcdf", "simulate").File(path, "r") as file:
+            return {name: str(value) for name, value in file.attrs.items()}
+    except (OSError, ValueError, KeyError, AttributeError):
+        return {}
 
 
 def load(path: Path) -> xarray.Dataset:

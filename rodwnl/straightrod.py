@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from decimal import ROUND_DOWN, Context
 from fractions import Fraction
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,7 +25,16 @@ from rodwnl.parameters import RodParameters
 MOST_STEPS = 60
 SETTLED = 1e-15  # Newton step of ν after which only round-off is left
 CLOSE = 1e-8  # step after which the next one is shorter by far, but for round-off
-LEAST_STRETCH = 1e-3  # to which the search for thresholds goes: drag that follows the metric vanishes with ν
+# Parts of their values without force to which the search for thresholds goes, of the others to 0: drag that
+# follows the metric vanishes with ν, and with the stiffnesses so does the length of the waves to resolve.
+LEAST = {"the stretch": 1e-3, "the shear stiffness": 1e-2, "the bending stiffness": 1e-2}
+TIP_DRAG = {
+    "v1": "axial",
+    "v2": "transverse",
+    "Omega": "rotational",
+}  # rates that a load at the tip may brake
+MAY_VANISH = {f"the {direction} drag of the tip load" for direction in TIP_DRAG.values()}
+SLIGHT = 1e-6  # strains, where the laws of the deformed rod are looked at
 ENDS = np.array([0.0, 1.0])
 PLACES = np.linspace(0.0, 1.0, 33)  # along the rod, where its stretch, stiffnesses and drag must be positive
 
@@ -102,15 +112,9 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
     Raises InputError where there is none or where it breaks an assumption of the theory: the stretch must be
     positive, the energy convex and the drag positive.
     """
-    functions = kernels.load(rod.model)
-    values: dict[str, Any] = parameter_values(rod) | {"force": force, "xp": np}
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused, here and below
-            straight = StraightRod(functions, force, values)
-            if "nu" in arguments(functions.straight_rod):
-                nu = _stretch(rod, straight)
-                if not straight.varies_implicitly:
-                    straight = StraightRod(functions, force, {**values, "nu": nu})
+            straight = _balanced(rod, force)
             _require_sound(rod, straight)
     except ZeroDivisionError:
         raise InputError(
@@ -118,6 +122,17 @@ def straight_rod(rod: RodParameters, force: complex) -> StraightRod:
             "must be smooth there and at the undeformed rod, h1 = 1"
         ) from None
     return straight
+
+
+def _balanced(rod: RodParameters, force: complex) -> StraightRod:
+    """The straight rod whose axial forces balance, whatever else holds of it."""
+    functions = kernels.load(rod.model)
+    values: dict[str, Any] = parameter_values(rod) | {"force": force, "xp": np}
+    straight = StraightRod(functions, force, values)
+    if "nu" not in arguments(functions.straight_rod):
+        return straight
+    nu = _stretch(rod, straight)
+    return straight if straight.varies_implicitly else StraightRod(functions, force, {**values, "nu": nu})
 
 
 def _straight(rod: RodParameters, force: complex) -> str:
@@ -189,8 +204,10 @@ def balanced_stretch(functions: SimpleNamespace, values: Mapping[str, Any]) -> N
 
 
 def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], Any], str], ...]:
-    """What must be positive at these nodes: name, value, and the reason."""
+    """What must be positive at these nodes, or not negative (MAY_VANISH): name, value, and the reason."""
     length, convex = "the straight rod must have positive length", "its energy must be convex there"
+    load = getattr(straight.functions, "tip_load", None)
+    rates = [rate for rate in TIP_DRAG if load and rate in arguments(load)]
     return (
         ("the stretch", lambda: straight.stretch(u)[0], length),  # first: the others may divide by it
         ("the stretch stiffness", lambda: straight("stretch_stiffness", u=u), convex),
@@ -199,44 +216,93 @@ def assumptions(straight: StraightRod, u: Any) -> tuple[tuple[str, Callable[[], 
         ("the axial drag", lambda: straight("drag_weights", u=u)[0], "drag must be positive"),
         ("the transverse drag", lambda: straight("drag_weights", u=u)[1], "drag must be positive"),
         ("the rotational drag", lambda: straight("drag_weights", u=u)[2], "drag must be positive"),
+        *(
+            (f"the {TIP_DRAG[rate]} drag of the tip load", partial(tip_drag, straight, rate), "it must brake")
+            for rate in rates
+        ),
     )
 
 
+def tip_drag(straight: StraightRod, rate: str) -> Any:
+    """−∂F1/∂v1, −∂F2/∂v2 or −∂M/∂Ω of the load at the tip of the straight rod at rest."""
+    step = 1e-100j  # the load is a polynomial in the rates: its slope, to the last bit
+    rest = dict.fromkeys(("theta", *TIP_DRAG), 0.0)
+    given = rest | {rate: step, "force": np.real(straight.force)}
+    load = straight("tip_load", **given)[list(TIP_DRAG).index(rate)]
+    return -np.imag(load) / abs(step)
+
+
+def _conditions(straight: StraightRod) -> tuple[tuple[str, Callable[[], Any], str], ...]:
+    """`assumptions` along the rod; an implicit ν(u) must not jump: also for each between those at the ends."""
+    if not straight.varies_implicitly:
+        return assumptions(straight, PLACES)
+
+    def stiffness() -> Any:
+        at_clamp, at_tip = np.real(straight.stretch(ENDS)[0])
+        return straight("stretch_stiffness", nu=np.linspace(at_clamp, at_tip, PLACES.size))
+
+    convex = "its energy must be convex there"
+    return (*assumptions(straight, PLACES), ("the stretch stiffness", stiffness, convex))
+
+
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    everywhere = assumptions(straight, PLACES)
-    if straight.varies_implicitly:  # from one end to the other, so that the stretch does not jump between
-
-        def stiffness() -> Any:
-            at_clamp, at_tip = np.real(straight.stretch(ENDS)[0])
-            return straight("stretch_stiffness", nu=np.linspace(at_clamp, at_tip, PLACES.size))
-
-        everywhere = (*everywhere, ("the stretch stiffness", stiffness, "its energy must be convex there"))
-    for what, value, assumption in everywhere:
-        least = float(np.min(np.real(value())))
-        if not 0 < least < np.inf:
+    _require_real(rod, straight)
+    for what, value, assumption in _conditions(straight):
+        least = np.min(np.real(value()))
+        if not held(what, least, least):
             raise InputError(f"{_straight(rod, straight.force)}: {what} is {least:.6g}, but {assumption}")
 
 
+def _require_real(rod: RodParameters, straight: StraightRod) -> None:
+    """A root or a logarithm of a parameter may make a law complex without touching the straight rod's own."""
+    strains = {"h1": 1.0, "h2": SLIGHT, "Pi": SLIGHT}
+    for what, name in (("the stresses", "stresses"), ("the drag", "drag_coefficients")):
+        values = straight(name, **strains)
+        if not np.all(np.isreal(values) & np.isfinite(values)):
+            raise InputError(
+                f"rod {rod.model_name!r}: {what} at h1 = 1, h2 = Pi = {SLIGHT:g} are "
+                f"({', '.join(f'{v:.6g}' for v in values)}), but they must be real"
+            )
+
+
 def largest_force(rod: RodParameters, asked: Fraction) -> tuple[Fraction, bool]:
-    """`asked`, or where the straight rod is compressed to LEAST_STRETCH or ends before; whether it was cut.
+    """`asked`, or where the straight rod is at the LEAST of an assumption or ends before; whether it was cut.
 
     Raises InputError if there is no straight state even without a force.
     """
     straight_rod(rod, 0.0)
-    if _reaches(rod, asked):
+    if not obstacle(rod, asked):
         return asked, False
     low, high = Fraction(0), asked
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (middle, high) if _reaches(rod, middle) else (low, middle)
-    # Nine digits, rounded down: beyond `low` there is no straight rod.
+        low, high = (low, middle) if obstacle(rod, middle) else (middle, high)
+    # Nine digits, rounded down: beyond `low` the search cannot go.
     return Fraction(Context(prec=9, rounding=ROUND_DOWN).create_decimal(repr(float(low)))), True
 
 
-def _reaches(rod: RodParameters, force: Fraction) -> bool:
+def obstacle(rod: RodParameters, force: Fraction) -> str:
+    """What keeps the search from this force, in words; nothing where it may go there."""
     try:
-        straight = straight_rod(rod, float(force))
-    except InputError:
-        return False
-    # Up to the rounding of ν, so that the bound itself, often a short decimal, is reached.
-    return bool(np.min(straight.stretch(PLACES)[0]) >= LEAST_STRETCH - SETTLED)
+        with np.errstate(all="ignore"):
+            unloaded, straight = _balanced(rod, 0.0), _balanced(rod, float(force))
+            pairs = zip(_conditions(unloaded), _conditions(straight), strict=True)
+            for (what, before, _), (_, now, _) in pairs:
+                # Up to the rounding of ν, so that the bound itself, often a short decimal, is reached.
+                if not held(what, np.real(before()), np.real(now())).all():
+                    return _broken(what)
+    except (InputError, ZeroDivisionError):
+        return "there is no straight rod"
+    return ""
+
+
+def held(what: str, before: Any, now: Any) -> NDArray[np.bool_]:
+    """Whether a quantity of `assumptions` is as it must be, and at least its LEAST of that without force."""
+    positive = (now >= 0) if what in MAY_VANISH else (now > 0)
+    return np.asarray(positive & (now < np.inf) & (now >= (LEAST.get(what, 0) - SETTLED) * before))
+
+
+def _broken(what: str) -> str:
+    if what in LEAST:
+        return f"{what} falls below {LEAST[what]:g} of its value without force"
+    return f"{what} is negative" if what in MAY_VANISH else f"{what} is not positive"

@@ -9,6 +9,7 @@ on whether it was, nor on how many workers there were.
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,10 +25,12 @@ from rodwnl.batch_characteristic import Real
 from rodwnl.engines import Values, cores, on_dask, on_this_machine
 from rodwnl.errors import InputError
 from rodwnl.grids import Block, Grid
-from rodwnl.storage import replacing, require, require_writable
+from rodwnl.storage import file_attributes, replacing, require, require_writable
 
 BLOCK = 8192  # rods
 MOST_REASONS = 1000  # kept in the file
+# In the folder of parts: finished blocks, the plan, an output not yet whole, and what a killed run half wrote
+PART = re.compile(r"\d{6}\.npz|plan\.json|whole\.(nc|zarr)|\.(\d{6}\.npz|plan\.json)\..*")
 
 Progress = Callable[[int, int], None]  # rods done, rods in all
 
@@ -66,7 +69,8 @@ class Plan:
 
     @property
     def parts(self) -> Path:
-        return self.out.with_name(self.out.name + ".parts")
+        whole = self.out.resolve()
+        return whole.with_name(whole.name + ".parts")
 
     def part(self, number: int) -> Path:
         return self.parts / f"{number:06d}.npz"
@@ -102,11 +106,15 @@ def sweep(
     progress(done, grid.size)
     tasks = ((i, grid.rods(blocks[i]), grid.max_force, grid.model) for i in missing)
     results = on_dask(tasks, scheduler) if scheduler else on_this_machine(tasks, workers or cores())
-    for number, values in results:
-        with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
-            np.savez(file, **cast(Any, values))
-        done += _size(blocks[number])
-        progress(done, grid.size)
+    try:
+        for number, values in results:
+            with replacing(plan.part(number)) as temporary, temporary.open("wb") as file:
+                np.savez(file, **cast(Any, values))
+            done += _size(blocks[number])
+            progress(done, grid.size)
+    finally:
+        if not done:  # nothing to go on with
+            shutil.rmtree(plan.parts)
     (_to_zarr if out.suffix == ".zarr" else _to_netcdf)(plan)
     shutil.rmtree(plan.parts)
 
@@ -126,6 +134,7 @@ def prepare(grid: Grid, out: Path, *, resume: bool, overwrite: bool) -> Plan:
         raise InputError(
             f"{out} exists, whole or in parts: give --resume to go on with it or --overwrite to begin anew"
         )
+    _require_own(plan)
     if found is not None and resume:
         _require_same(plan, found)
     elif overwrite:
@@ -158,17 +167,37 @@ def _found(plan: Plan) -> dict[str, str] | None:
     text = plan.parts / "plan.json"
     try:
         if plan.out.exists():
-            return {name: str(value) for name, value in _attributes(plan.out).items()}
+            return _attributes(plan.out)
         return dict(json.loads(text.read_text(encoding="utf-8"))) if text.exists() else None
     except (OSError, ValueError, KeyError, AttributeError):
         return {}
 
 
-def _attributes(path: Path) -> dict[str, Any]:
-    if path.suffix == ".zarr":
-        return dict(require("zarr", "sweep").open_group(path, mode="r").attrs)
-    with require("h5netcdf", "sweep").File(path, "r") as file:
-        return dict(file.attrs)
+def _attributes(path: Path) -> dict[str, str]:
+    if path.suffix != ".zarr":
+        return file_attributes(path)
+    group = require("zarr", "sweep").open_group(path, mode="r")
+    return {name: str(value) for name, value in group.attrs.items()}
+
+
+def _require_own(plan: Plan) -> None:
+    """What --overwrite would remove, and what is removed in the end, must come from a sweep.
+
+    Raises InputError for another file or folder in the place of the output, and for a folder of parts that
+    holds what no sweep puts there.
+    """
+    if plan.out.exists() and not {"program", "grid"} <= (_found(plan) or {}).keys():
+        raise InputError(
+            f"{plan.out} is in the way: it was not written by rodwnl sweep, or it is damaged; move it "
+            "away or choose another name"
+        )
+    if not plan.parts.exists():
+        return
+    if not plan.parts.is_dir():
+        raise InputError(f"{plan.parts} is in the way: it is no folder; move it away")
+    for path in plan.parts.iterdir():
+        if not PART.fullmatch(path.name):
+            raise InputError(f"{path} is in the way: it was not written by rodwnl sweep; move it away")
 
 
 def _require_same(plan: Plan, found: dict[str, str]) -> None:
@@ -235,7 +264,8 @@ def _to_netcdf(plan: Plan) -> None:
     """Block by block, so that memory holds one of them."""
     h5netcdf = require("h5netcdf", "sweep")
     grid, chunk = plan.grid, plan.grid.block_shape(BLOCK)
-    with replacing(plan.out) as temporary, h5netcdf.File(temporary, "w") as file:
+    temporary = plan.parts / "whole.nc"
+    with h5netcdf.File(temporary, "w") as file:
         file.attrs.update(_title(plan))
         file.dimensions = dict(zip(grid.dims, grid.shape, strict=True)) | {"threshold": MOST}
         for name, dims, numbers, attributes in _coordinates(grid):
@@ -251,6 +281,7 @@ def _to_netcdf(plan: Plan) -> None:
             if grid.dims == ("rod",):
                 variable.attrs["coordinates"] = " ".join(grid.values)
         file.attrs["failures"] = _fill(file, plan)
+    temporary.replace(plan.out.resolve())
 
 
 def _fill(target: Any, plan: Plan) -> str:

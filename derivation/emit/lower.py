@@ -1,6 +1,7 @@
 """From a SymPy expression to nodes: the one place that decides which arithmetic may be emitted.
 
-Sums, products, quotients, integer powers, conjugates and the functions of `FUNCTIONS` pass. A rational
+Sums, products, quotients, powers, conjugates and the functions of `FUNCTIONS` pass. Whole and half powers are
+written as such, others as exp(p log x), as their author wrote them before SymPy shortened it. A rational
 coefficient becomes a division by an integer as the last step (`5*x/6`), because the quotient of two literals
 would already be a rounded float where x is a ball or a multiprecision number. A constant that nothing
 multiplies takes its number type from an argument: 3/2 is emitted as `(3 + 0*k1)/2`.
@@ -35,8 +36,8 @@ class EmissionError(ValueError):
 
 def _refuse(expr: sympy.Basic) -> Node:
     raise EmissionError(
-        f"cannot emit {type(expr).__name__} in {expr}: allowed are symbols, integers, sums, products, "
-        f"quotients, integer powers, conjugate; sin, cos, exp, log, sqrt in a function that takes a namespace"
+        f"{expr} cannot be written as code: it may hold names, whole numbers, sums, products, quotients, "
+        "powers, conjugates, and sin, cos, exp, log, sqrt"
     )
 
 
@@ -72,6 +73,8 @@ class Lowering:
                 return self._product(expr)
             case sympy.Pow(base=base, exp=sympy.Rational()) if base is not sympy.E and expr.exp.q in (1, 2):
                 return self._product(expr)
+            case sympy.Pow(base=base, exp=exponent) if base is not sympy.E:
+                return Call("exp", self(exponent * sympy.log(base)))
             case sympy.conjugate(args=(operand,)):
                 return Call("conjugate", self(operand))
         if expr is sympy.I:

@@ -14,6 +14,7 @@ from sympy.polys.rings import PolyElement
 
 from derivation.adjoint import adjoint_problem
 from derivation.corrections import second_order
+from derivation.errors import ModelError
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
 from derivation.paper.algebra import Atom, Poly, atom, constant, harmonic, poly
@@ -94,8 +95,10 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
         )
     except (UndecidedError, UnfitError):
         return "the equation has no meaning to compute with"
-    except (ArithmeticError, KeyError) as breaks:
+    except ModelError as breaks:
         return f"the derivation breaks down with it: {breaks}"
+    except (ArithmeticError, KeyError):
+        return "the derivation breaks down with it"
 
 
 def _replaced(low: Lowering, body: Relation, theory: Theory) -> Chain | None:

@@ -25,6 +25,7 @@ def command(
     and the upper thresholds are super- or subcritical; and the curves between these regions.
     """
     from rodwnl.atlas import make
+    from rodwnl.storage import require_apart
 
     if points < 2:
         raise InputError(f"--points is {points}, but a map needs at least 2 rods along each side")
@@ -34,6 +35,7 @@ def command(
         raise InputError(f"{out} is not empty: give --overwrite to replace the atlas in it, or another --out")
     if out.exists() and not out.is_dir():
         raise InputError(f"{out} is not a folder")
+    require_apart(out, model)
     other: dict[str, Any] = read_model(model, parameter or [])
     name = other.pop("model", PLAIN)
     own = {n: float(exact(n, text)) for n, text in other.items()}

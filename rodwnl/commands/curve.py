@@ -63,7 +63,7 @@ def command(
         document: dict[str, Any] = {
             "rod": rod.texts() | ({} if rod.model == PLAIN else {"model": rod.model_name}),
             "vary": list(names),
-            "points": [_point(p) for p in special],
+            "points": [_point(p, rod, names) for p in special],
             "curve": _curve(curve),
         }
         if len(names) == 2:
@@ -107,8 +107,8 @@ def _rod(given: dict[str, str | None], varied: dict[str, float]) -> RodParameter
     return RodParameters(**values)
 
 
-def _point(p: "SpecialPoint") -> dict[str, Any]:
-    values = {name: repr(x) for name, x in p.rod.items()}
+def _point(p: "SpecialPoint", rod: RodParameters, names: list[str]) -> dict[str, Any]:
+    values = rod.texts() | {name: repr(p.rod[name]) for name in names}
     second = {} if p.omega2 is None else {"omega2": repr(p.omega2)}
     coefficients = {name: [repr(z.real), repr(z.imag)] for name, z in (("alpha", p.alpha), ("beta", p.beta))}
     whole = {"type": p.type} | values | {"force": repr(p.force), "omega": repr(p.omega)} | second

@@ -36,8 +36,13 @@ def command(
     latex: the equations. mathematica, julia, c, jax: all emitted functions. auto: the critical mode as a
     boundary-value problem for AUTO-07p, with a solution to start from.
     """
+    from rodwnl.storage import require_apart, require_writable
+
     if form not in FORMATS:
         raise InputError(f"there is no format {form!r}; there are {', '.join(FORMATS)}")
+    if file != "-":
+        require_apart(Path(file), model)
+        require_writable(Path(file))
     numbers = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1, "parameter": parameter}
     if form == AUTO:
         text = _auto(model, numbers, 1 if threshold is None else threshold)
@@ -85,9 +90,8 @@ def _derivation(model: str | None) -> Any:
 
 
 def _write(path: Path, text: str) -> None:
-    from rodwnl.storage import replacing, require_writable
+    from rodwnl.storage import replacing
 
-    require_writable(path)
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     print(f"{path}: {len(text.splitlines())} lines", file=sys.stderr)

@@ -30,7 +30,7 @@ def command(
     from rodwnl.figuredata import columns_of
     from rodwnl.figures import draw_all
     from rodwnl.progress import progress
-    from rodwnl.storage import require, require_writable
+    from rodwnl.storage import require, require_apart, require_writable
 
     require("matplotlib", "figures")
     require("sksundae", "simulate")
@@ -41,6 +41,7 @@ def command(
     }
     rods = _rods(basic, read_model(model, parameter or []))
     columns = columns_of(rods) if rods else None
+    require_apart(out, model)
     out.mkdir(parents=True, exist_ok=True)
     require_writable(out / "figure.png")
     with progress() as watch:

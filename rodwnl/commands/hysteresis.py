@@ -4,7 +4,7 @@ from rodwnl.options import Json, MaxForce, read_max_force, takes_rod
 from rodwnl.orbit_report import at_work, branch_entry, ending
 from rodwnl.output import print_json, print_table
 from rodwnl.parameters import RodParameters
-from rodwnl.report import cell, document, heading, sentences, threshold_entry
+from rodwnl.report import cell, document, heading, sentences, threshold_entry, with_unit
 
 
 @takes_rod
@@ -42,7 +42,11 @@ def command(rod: RodParameters, max_force: MaxForce = None, json: Json = False) 
                 ],
             )
     if not found.intervals:
-        print("Nowhere are the straight rod and a periodic orbit both stable: no hysteresis.")
+        reach = with_unit(rod, "force", found.search.max_force)
+        print(
+            f"Up to {heading(rod, 'force')} = {reach} the straight rod and a periodic orbit are nowhere both "
+            "stable: no hysteresis there."
+        )
     for low, high in found.intervals:
         ends = " and ".join(cell(rod, "force", end, 1e-7) for end in (low, high))
         print(f"Both are stable between {heading(rod, 'force')} = {ends}.")

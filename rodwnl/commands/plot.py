@@ -18,11 +18,12 @@ def command(
 ) -> None:
     """Draw a simulation: its tip over time, and the shapes of its last beat with the follower force."""
     from rodwnl.drawings import one_run, style
-    from rodwnl.storage import load, replacing, require_writable
+    from rodwnl.storage import load, replacing, require_apart, require_writable
 
     picture = out or run.with_suffix(".png")
     if picture.suffix.lower() not in FORMATS:
         raise InputError(f"cannot draw to {picture.name!r}: its name must end in {', '.join(FORMATS)}")
+    require_apart(picture, run)
     require_writable(picture)
     drawing = one_run(load(run))
     with style(), replacing(picture) as temporary:

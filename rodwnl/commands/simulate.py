@@ -11,9 +11,9 @@ import typer
 
 from rodwnl.errors import InputError
 from rodwnl.options import Json, read_force, takes_rod
-from rodwnl.output import print_json, print_table
+from rodwnl.output import measured, print_json, print_table
 from rodwnl.parameters import RodParameters, decimal_text, positive
-from rodwnl.report import cell, heading, rod_document, rod_sentence, with_unit
+from rodwnl.report import heading, rod_document, rod_sentence, scale, with_unit
 
 if TYPE_CHECKING:
     from rodwnl.readout import Reading
@@ -37,6 +37,7 @@ def command(
         bool, typer.Option("--check", help="Again with twice the time, and with a finer grid and tolerance.")
     ] = False,
     out: Annotated[Path | None, typer.Option(metavar="FILE.nc", help="Write the run as netCDF.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in FILE.nc.")] = False,
     animate: Annotated[
         Path | None, typer.Option(metavar="FILE.gif|mp4", help="Draw the last beats as a film.")
     ] = None,
@@ -54,7 +55,7 @@ def command(
     duration = positive("time", time) / (rod.scales.time if rod.scales else 1)
     chosen = _nodes(nodes)
     tolerance = float(positive("rtol", rtol))
-    _require_writable(out, animate, expected_size(rod, exact, duration))
+    _require_writable(out, overwrite, animate, expected_size(rod, exact, duration))
     with _progress("simulating") as progress:
         run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)
     if out is not None:
@@ -93,11 +94,18 @@ def _nodes(text: str) -> Any:
     raise InputError(f"nodes is {text!r}, but it must be auto or a whole number from 8 to 128")
 
 
-def _require_writable(out: Path | None, film: Path | None, size: int) -> None:
-    from rodwnl.storage import require_writable
+def _require_writable(out: Path | None, overwrite: bool, film: Path | None, size: int) -> None:
+    from rodwnl.storage import require_new, require_writable
 
     if out is not None:
+        from rodwnl.simulation import is_run
+
+        if out.suffix != ".nc":
+            raise InputError(f"cannot write the run to {out}: its name must end in .nc (netCDF)")
         require_writable(out, size)
+        require_new(out, overwrite, is_run, "a run that simulate wrote")
+    elif overwrite:
+        raise InputError("--overwrite says that --out may replace an earlier run: give --out FILE.nc too")
     if film is not None:
         from rodwnl.animation import require_format
 
@@ -148,13 +156,20 @@ def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -
     names = ("A_tip", "omega", "y_tip") if buckled else ("A_tip", "omega")
     rows = []
     for name, reading in readings.items():
-        values = [cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
+        values = [_cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
         changes = [
             _relative(getattr(reading, n), getattr(full, n)) if reading is not full else "" for n in names
         ]
         rows.append([name, reading.state, *values, *(changes if len(readings) > 1 else [])])
     changes = [f"change of {names[0]}", *(f"of {n}" for n in names[1:])] if len(readings) > 1 else []
     print_table(["", "state", *(heading(rod, n) for n in names), *changes], rows)
+
+
+def _cell(rod: RodParameters, name: str, value: float | None, error: float | None) -> str:
+    """What was read, in the rod's units; what has not settled with its error."""
+    if value is None or error is None:
+        return "-"
+    return measured(value * scale(rod, name), error * scale(rod, name))
 
 
 _STATES = {

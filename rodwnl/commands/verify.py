@@ -42,10 +42,11 @@ def command(
 
     Exit code 1 if an equation, or a table cell that is not a reviewed erratum, differs.
     """
-    from rodwnl.storage import require_writable
+    from rodwnl.storage import require_apart, require_writable
     from rodwnl.verification import check, document
 
     if html is not None:
+        require_apart(html, tex, notation, model)
         require_writable(html)
     report = check(tex, notation, only or show, model)
     if json:

@@ -168,6 +168,8 @@ def changed(*edits):
         (changed(('[[load]]\nkind = "follower"\n', "")), "either .*load.* entries or one .tip. table"),
         (PLAIN + '[parameters]\nk1 = { default = "1" }\n', "'k1': the name has a meaning already"),
         (PLAIN + '[parameters]\nnu = { default = "1" }\n', "'nu': the name has a meaning already"),
+        (PLAIN + '[parameters]\nshear = { default = "1" }\n', "'shear': the name has a meaning already"),
+        (PLAIN + '[parameters]\ng1 = { default = "1" }\n', "'g1': the name has a meaning already"),
         *(
             (PLAIN + f'[parameters]\n{name} = {{ default = "1" }}\n', f"{name!r}: the name has a meaning")
             for name in ("y0", "theta1_u", "x_u", "Y_u", "Theta300", "c210", "k1_inv", "a_bar", "C2_010")

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 
 from rodwnl import cli, expansion, report, straightrod, thresholds
+from rodwnl.batch_rods import Rods, largest_forces
 from rodwnl.coefficients import landau, landau_at
 from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, static_sign, stepped, unstable_count
 from rodwnl.errors import ComputationError, InputError
@@ -15,8 +16,9 @@ from rodwnl.models import emitted
 from rodwnl.parameters import RodParameters
 from rodwnl.predictions import predict
 from rodwnl.quadrature import gauss_legendre
+from rodwnl.report import sentences
 from rodwnl.spectrum import hopf_thresholds
-from rodwnl.straightrod import largest_force, straight_rod
+from rodwnl.straightrod import largest_force, parameter_values, straight_rod
 
 RODS = [(1e4, 1e4, 1e-4), (1e4, 1e2, 1e-2), (200, 1e4, 1e-4)]  # of tab:parameters
 SAME = 1e-11  # two routes in float64; what is found is below 1e-12
@@ -253,6 +255,69 @@ def test_a_stretch_that_is_not_found_is_one_line(tmp_path, monkeypatch):
         InputError, match=r"force = 40 no stretch of the straight rod was found at u = 0\.25; "
     ):
         straight.stretch(np.array([0.125, 0.25]))
+
+
+BREAKING = """
+name = "breaking"
+energy = "k1*(h1 - 1)^2/2 + k2*h2^2/2 + Pi^2/2 + bend*(h1 - 1)*Pi^2 + soft*(h1 - 1)*h2^2"
+[parameters]
+bend = { default = "0" }
+soft = { default = "0" }
+lost = { default = "0" }
+zeta = { default = "0" }
+[drag]
+v1 = "gamma1"
+v2 = "1 + lost*(h1 - 1)"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+[[load]]
+kind = "damper"
+drag = "zeta"
+"""
+
+
+@pytest.fixture(scope="module")
+def breaking(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("breaking")
+    (folder / "rod.toml").write_text(BREAKING)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("RODWNL_CACHE", str(folder / "cache"))
+        return emitted(str(folder / "rod.toml"))
+
+
+@pytest.mark.parametrize(
+    ("own", "bound", "why"),
+    [  # 1 + 20 (h1 - 1) = 0 at F = 10, and a hundredth at 9.9; k2 + 2e5 (h1 - 1) likewise; drag = 0 at F = 20
+        ({"bend": 10}, "9.9", "the bending stiffness falls below 0.01 of its value without force"),
+        ({"soft": "1e5"}, "9.9", "the shear stiffness falls below 0.01 of its value without force"),
+        ({"lost": 10}, "20", "the transverse drag is not positive"),
+    ],
+)
+def test_the_range_ends_where_an_assumption_breaks_and_says_which(own, bound, why, breaking):
+    rod = RodParameters(200, 1e4, 1e-4, model=breaking, **own)
+    search = hopf_thresholds(rod)
+    assert search.range_cut
+    assert float(search.max_force) == pytest.approx(float(bound), rel=1e-8)
+    assert f"The range ends there: beyond, {why}." in sentences(search)
+    batched = largest_forces(
+        Rods(breaking, {n: np.array([v]) for n, v in parameter_values(rod).items()}), 400
+    )
+    assert batched == pytest.approx([float(bound)], rel=1e-8)
+
+
+def test_a_threshold_below_the_broken_assumption_is_found(breaking):
+    (found,) = hopf_thresholds(RodParameters(200, 1e4, 1e-4, model=breaking, bend=10))
+    (below,) = hopf_thresholds(RodParameters(200, 1e4, 1e-4, model=breaking, bend=10), 9)
+    assert found.force == pytest.approx(below.force, rel=1e-9)
+    assert found.force == pytest.approx(7.967488471, rel=1e-9)
+
+
+def test_a_load_at_the_tip_must_brake(breaking):
+    hopf_thresholds(RodParameters(200, 1e4, 1e-4, model=breaking, zeta="1e-3"), 10)
+    message = r"straight under force = 0: the rotational drag of the tip load is -0\.001, but it must brake"
+    with pytest.raises(InputError, match=message):
+        hopf_thresholds(RodParameters(200, 1e4, 1e-4, model=breaking, zeta="-1e-3"))
 
 
 @pytest.mark.parametrize(

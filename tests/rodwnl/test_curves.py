@@ -197,6 +197,8 @@ def test_json(capsys, upper):
     curve = document["curve"]
     assert len(curve["k1"]) == len(curve["force"]) == len(curve["alpha_re"]) > 20
     assert document["rod"]["k1"] == "200"
+    assert (curve["k1"][0], curve["k1"][-1]) == ("200.0", "200.0")  # as asked for, to the last bit
+    assert {p["k2"] for p in document["points"]} == {document["rod"]["k2"]}
 
 
 def test_two_parameters(capsys):
@@ -215,7 +217,7 @@ def test_two_parameters(capsys):
     assert run(*arguments, "--json") == 0
     document = json.loads(capsys.readouterr().out)
     assert [c["type"] for c in document["curves"]] == ["bautin", "closing"]
-    assert all(float(c["k2"][-1]) == pytest.approx(2e4) for c in document["curves"])
+    assert [(c["k2"][0], c["k2"][-1]) for c in document["curves"]] == 2 * [("10000.0", "20000.0")]
     assert run(*arguments) == 0
     printed = capsys.readouterr().out
     assert "150.6343180" in printed

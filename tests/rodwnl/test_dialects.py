@@ -115,6 +115,15 @@ def test_the_command_prints_them(capsys):
     entry = json.loads(capsys.readouterr().out)["thresholds"][0]
     assert entry["convention"]["numbers"]["a"] == entry["beta"]
     assert entry["convention"]["mesh"] == 100
+    assert cli.run([*rod, "--convention", "paper", "--json"]) == 0
+    entry = json.loads(capsys.readouterr().out)["thresholds"][0]
+    assert cli.run([*rod, "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)["thresholds"][0]
+    assert entry["convention"]["numbers"] == {name: entry[name] for name in ("alpha", "beta")}
+    assert entry["error"].keys() == plain["error"].keys()
+    for name in ("force", "omega", "A_tip2_slope", "omega_slope"):
+        assert abs(float(entry[name]) - float(plain[name])) <= float(plain["error"][name])
+        assert 0 < float(entry["error"][name]) < 1e-15 * float(entry[name])
     assert cli.run([*rod, "--convention", "kuznetsov", "--mesh", "100"]) == 0
     assert "l1 = Re c1/omega" in capsys.readouterr().out
     assert cli.run([*rod, "--convention", "paper", "--certified"]) == 2

@@ -22,12 +22,24 @@ from rodwnl import cli
 from rodwnl.commands.export import AUTO, FORMATS
 
 LOADED = Path(__file__).parents[2] / "examples" / "loaded.toml"
+
+
+# Stretch and drag go like powers of the stretch: the problem for AUTO-07p holds exp and log
+POWERS = """
+name = "powers"
+title = "powers"
+energy = "k1*(exp(p*log(h1)) - p*log(h1) - 1)/p^2 + k2*h2^2/2 + Pi^2/2"
+parameters = { p = { default = "27/10" } }
+drag = { v1 = "gamma1", v2 = "exp(0.3*log(h1))", Omega = "gamma3*exp(h1 - 1)" }
+load = [{ kind = "follower" }]
+"""
 ROD = ["--k1", "1e4", "--k2", "1e4", "--gamma3", "1e-4"]
 RODS = {
     "follower": ROD,
     "distributed": ["--model", "distributed", *ROD],  # coefficients that vary along the rod
     "quartic": ["--model", "quartic", "--k1", "1e3", "--k2", "1e3", "--gamma3", "1e-3"],  # nu is an unknown
     "loaded": ["--model", str(LOADED), "--k1", "200", "--k2", "100", "--gamma3", "1e-2"],  # nu is a function
+    "powers": ["--model", "powers.toml", *ROD],
 }
 
 
@@ -102,6 +114,14 @@ def test_no_name_is_a_macro_of_a_standard_header(header):
     names = set(re.findall(r"^#define ([A-Za-z]\w*) ", macros, re.MULTILINE)) - {"P_tmpdir", "L_ctermid"}
     assert names
     assert names <= C.reserved, names - C.reserved
+
+
+def test_powers_leave_for_every_tool(capsys, tmp_path):
+    (tmp_path / "powers.toml").write_text(POWERS)
+    for form in SYMBOLIC:
+        code, out, err = export(capsys, "--format", form, "--model", str(tmp_path / "powers.toml"), "-")
+        assert (code, err) == (0, "")
+        assert ("Exp[" if form == "mathematica" else "exp") in out
 
 
 # LaTeX
@@ -186,7 +206,11 @@ def pointer(array):
 @pytest.fixture(scope="module", params=RODS)
 def problem(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
-    assert cli.run(["export", "--format", "auto", *RODS[request.param], str(folder / "out.c")]) == 0
+    (folder / "powers.toml").write_text(POWERS)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setenv("RODWNL_CACHE", str(folder / "cache"))
+        assert cli.run(["export", "--format", "auto", *RODS[request.param], "out.c"]) == 0
     return Problem(folder, (folder / "out.c").read_text())
 
 

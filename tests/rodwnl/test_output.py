@@ -7,7 +7,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rodwnl.output import complex_number, number, print_json, print_table
+from rodwnl.output import complex_number, measured, number, print_json, print_table
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.101766, 1e-7, "0.101766"),
+        (0.03051, 0.0055, "0.031 ± 0.006"),
+        (12345.6, 678, "12300 ± 700"),
+        (191.4, 0.9, "191.4 ± 0.9"),
+        (1e-3, 0.2, "0.0 ± 0.2"),
+        (0.5, 0.0, "0.500000000000"),
+    ],
+)
+def test_what_has_few_certain_digits_is_printed_with_its_error(value, error, text):
+    assert measured(value, error) == text
 
 
 @pytest.mark.parametrize(
@@ -16,6 +31,7 @@ from rodwnl.output import complex_number, number, print_json, print_table
         (1 / 3, 1e-5, "0.3333"),
         (12345.678, 2, "1.235e+4"),
         (1e-9, 1e-6, "0.00000"),
+        (-1e-9, 1e-6, "0.00000"),
         (1e-9, 1e-12, "1.00e-9"),
         (191.21043, 0, "191.210430000"),
         (9.99996, 1e-4, "10.000"),

@@ -287,6 +287,19 @@ def test_scheduler_that_does_not_answer(small, monkeypatch, capsys):
     monkeypatch.setattr(engines, "SCHEDULER_TIMEOUT", 0.2)
     assert cli.run(["sweep", str(small), "--scheduler", "tcp://127.0.0.1:1"]) == 2
     assert "the scheduler tcp://127.0.0.1:1 does not answer" in capsys.readouterr().err
+    assert [path.name for path in small.parent.iterdir()] == ["small.toml"]
+
+
+@pytest.mark.parametrize("place", ["mine.zarr/x", "mine.nc/x", "mine.nc.parts/x", "mine.nc"])
+def test_nothing_is_removed_that_no_sweep_wrote(place, small, capsys):
+    file = small.parent / place
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("precious")
+    out = small.parent / place.split("/")[0].removesuffix(".parts")
+    for option in ([], ["--overwrite"], ["--resume"]):
+        assert cli.run(["sweep", str(small), "--out", str(out), "--workers", "1", *option]) == 2
+        assert place.split("/")[0] in capsys.readouterr().err
+        assert file.read_text() == "precious"
 
 
 def test_existing_output(small, capsys, blocks_of_two):
@@ -313,7 +326,7 @@ def test_resume_of_another_version_or_of_something_else(small, monkeypatch, caps
     assert "its program differs, there rodwnl 0" in capsys.readouterr().err
     out.write_text("not a netCDF file")
     assert cli.run(["sweep", str(small), "--resume"]) == 2
-    assert "it was not written by rodwnl sweep" in capsys.readouterr().err
+    assert "it was not written by rodwnl sweep, or it is damaged" in capsys.readouterr().err
 
 
 def test_same_numbers_through_dask(small, tmp_path):

@@ -92,6 +92,25 @@ def test_a_wrong_sign_is_shown_repaired_and_weighed(capsys, source):
     assert {r["alpha"] for r in rods.values()} == {"0"}
 
 
+@pytest.mark.parametrize(
+    ("equation", "effect"),
+    [
+        (r"v_2^{(2)} = \partial_u F_1^{(2)} - \tilde{\mathcal{F}}_c \Pi^{(2)}", "no theory follows"),
+        (r"\partial_u x^{(2)} = 0", "no theory follows"),
+        (r"\left.\partial_u x^{(2)}\right|_{u=1} = b_1^{(2)}", "no theory follows"),
+        (r"y^{(2)} = A^2 X_2 e^{2 i \omega_c \tau} + |A|^2 X_0 + \mathrm{c.c.}", "no theory follows"),
+        (r"\Pi^{(2)} = \partial_u \theta^{(2)} + (\theta^{(1)})^2", "not symmetric under reflection"),
+    ],
+)
+def test_an_error_that_leaves_no_theory_is_said_in_a_phrase(equation, effect, capsys, source):
+    path = source(rf"\begin{{equation}}{equation}\label{{eq:wrong}}\end{{equation}}")
+    code, found = document(capsys, "--tex", path)
+    assert code == 1
+    (row,) = found["equations"]
+    assert (row["status"], row["effect"]["rods"]) == ("differs", [])
+    assert effect in row["effect"]["note"]
+
+
 def test_details_of_one_equation(capsys, source):
     code, out, _ = run(capsys, "--tex", source(RIGHT), "--show", "eq:g4")
     assert code == 0

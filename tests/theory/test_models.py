@@ -206,6 +206,28 @@ def exponential(k1, k2, gamma3, gamma1):
     )
 
 
+POWERS = """
+name = "powers"
+energy = "k1*(exp(p*log(h1)) - p*log(h1) - 1)/p^2 + k2*h2^2/2 + Pi^2/2"
+[parameters]
+p = { default = "27/10" }
+[drag]
+v1 = "gamma1*exp(p*log(h1))"
+v2 = "exp(0.3*log(h1))"
+Omega = "gamma3"
+[[load]]
+kind = "follower"
+"""
+
+
+def powers(k1, k2, gamma3, gamma1, *, p):
+    return replace(
+        follower(k1, k2, gamma3, gamma1),
+        stress=lambda h1, h2, pi: (k1 / p * (h1 ** (p - 1) - h1**-1), k2 * h2, pi),
+        drag=lambda h1, h2, pi: (gamma1 * h1**p, h1**0.3, gamma3),
+    )
+
+
 LOGARITHMIC = """
 name = "logarithmic"
 energy = "k1*(h1 - 1 - log(h1)) + k2*h2^2/2 + Pi^2/2"
@@ -315,13 +337,23 @@ def constants(k1, k2, gamma3, gamma1, *, s):
     [
         (EVERYTHING, everything, (1e4, 1e3, 1e-3), ["destabilizing"]),
         (EXPONENTIAL, exponential, SOFT, ["destabilizing", "restabilizing"]),
+        (POWERS, powers, SOFT, ["destabilizing"]),
         (LOGARITHMIC, logarithmic, SOFT, ["destabilizing"]),
         (GRADED, graded, (1e4, 1e2, 1e-2), ["destabilizing"]),
         ((EXAMPLES / "loaded.toml").read_text(), loaded(LAWS["quartic"]), CRISP, ["destabilizing"]),
         (LOADED_EXPONENTIAL, loaded(metric_exponential), CRISP, ["destabilizing"]),
         (CONSTANTS, constants, (1e4, 1e3, 1e-3), ["destabilizing"]),
     ],
-    ids=["everything", "exponential", "logarithmic", "graded", "loaded", "loaded_exponential", "constants"],
+    ids=[
+        "everything",
+        "exponential",
+        "powers",
+        "logarithmic",
+        "graded",
+        "loaded",
+        "loaded_exponential",
+        "constants",
+    ],
 )
 def test_rods_from_files_are_confirmed(tmp_path, text, law, values, crossings):
     """Couplings of all strains, drag in every strain, loads in angle and velocities; analytic energies."""

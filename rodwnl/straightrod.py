@@ -233,7 +233,7 @@ def tip_drag(straight: StraightRod, rate: str) -> Any:
 
 
 def _conditions(straight: StraightRod) -> tuple[tuple[str, Callable[[], Any], str], ...]:
-    """`assumptions` along the rod; an implicit ν(u) must not jump: also for each between those at the ends."""
+    """`assumptions` along the rod; where ν(u) is implicit, also from end to end, so that it does not jump."""
     if not straight.varies_implicitly:
         return assumptions(straight, PLACES)
 
@@ -246,11 +246,11 @@ def _conditions(straight: StraightRod) -> tuple[tuple[str, Callable[[], Any], st
 
 
 def _require_sound(rod: RodParameters, straight: StraightRod) -> None:
-    _require_real(rod, straight)
     for what, value, assumption in _conditions(straight):
         least = np.min(np.real(value()))
         if not held(what, least, least):
             raise InputError(f"{_straight(rod, straight.force)}: {what} is {least:.6g}, but {assumption}")
+    _require_real(rod, straight)
 
 
 def _require_real(rod: RodParameters, straight: StraightRod) -> None:

@@ -295,6 +295,17 @@ def test_an_energy_or_drag_that_fails_in_numbers_is_refused_by_the_name_of_the_r
     assert capsys.readouterr().err.startswith("rodwnl: rod 'mine' has no parameter 'kapa'; it has none")
 
 
+def test_a_law_that_is_complex_for_these_parameters_is_refused(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(
+        changed(("Pi^2/2", "Pi^2/2 + sqrt(chi)*Pi^4")) + '\n[parameters]\nchi = { default = "-1" }\n'
+    )
+    rod = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--model", str(file)]
+    assert cli.run(["hopf", *rod]) == 2
+    assert re.search(r"the stresses at .* are .*, but they must be real\n$", capsys.readouterr().err)
+    assert cli.run(["hopf", *rod, "--parameter", "chi=1"]) == 0
+
+
 @pytest.mark.parametrize(
     "command", [["derive", "--show", "g1"], ["export", "--format", "c", "-"], ["verify"]]
 )

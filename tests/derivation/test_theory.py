@@ -326,6 +326,13 @@ def test_what_is_shown_of_a_rod_is_its_eigenvalue_problem_and_its_corrections(na
     assert (shown["X0"].equations[0].lhs.diff(symbol("X0_uu")) - stiffness).simplify() == 0
 
 
+def test_the_stretch_is_that_of_the_stiffness_that_holds_it():
+    k1, k2 = symbol("k1"), symbol("k2")
+    d = derive(_with(energy=k2 * (_h1 - 1) ** 2 / 2 + k1 * _h2**2 / 2 + _curvature**2 / 2))
+    straight, ring = d.hierarchy.straight, d.hierarchy.ring
+    assert simplify(expression(ring, straight.nu) - (1 - symbol("force") / k2)) == 0
+
+
 @pytest.mark.parametrize("name", [name for name in MODELS if name != "follower"])
 def test_every_shipped_rod_derives_with_its_proofs(name):
     """Lagrange's identity, the adjoint conditions and the equality of both routes are checked on the way."""

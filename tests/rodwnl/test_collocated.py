@@ -167,6 +167,14 @@ def test_a_window_of_buckling_before_flutter_is_seen():
     assert [unstable_count(rod, force) for force in (4, 7, 10.35, 10.4)] == [0, 1, 0, 2]
 
 
+def test_flutter_after_recovery_from_buckling_is_seen():
+    """A real unstable eigenvalue at one end of an interval and a complex pair at the other are not one."""
+    own = {"model": "partial_follower", "chi": "0.3912"}
+    search = hopf_thresholds(RodParameters("220.4", "92.51", "0.005183", "0.07794", **own))
+    assert [round(t.force, 5) for t in search] == [14.88839]
+    assert [round(t.force, 5) for t in search.steady] == [4.99056, 14.75155]
+
+
 def test_a_steady_crossing_is_said_and_has_no_coefficients_of_an_oscillation(capsys):
     rod = RodParameters(1e4, 1e4, 1e-4, model="partial_follower", chi=0)
     search = hopf_thresholds(rod)

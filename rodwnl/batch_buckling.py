@@ -1,33 +1,27 @@
 """Forces at which a real eigenvalue of a straight rod passes through 0: there it buckles.
 
-With a load that follows the tip none does. Otherwise D(F, 0), which is real, changes its sign there. It is
-sampled along the force, between samples of opposite signs halved, and the force is corrected for the small λ
-at which D is evaluated in place of 0, where its formula is 0/0. Lengths in L, times in γ2 L⁴/k3, forces in
-k3/L².
+With a load that follows the tip none does. Otherwise E(F) of rodwnl/steady.py changes its sign there. It is
+sampled along the force; between samples of opposite signs, and on both sides of an extremum between samples
+of one sign that has the other, the force is halved. Two crossings closer than about 1e-4 of the force are
+not told from none: the count of unstable eigenvalues between them may be wrong.
+
+Lengths in L, times in γ2 L⁴/k3, forces in k3/L².
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import (
-    BLOCK,
-    COMPILED_BLOCK,
-    SMALL,
-    Real,
-    jet,
-    problem_with_slopes,
-    sign_at_rest,
-)
-from rodwnl.batch_problem import problem
+from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem_with_slopes
 from rodwnl.batch_rods import Rods
 
 FEWEST, MOST = 64, 1024  # samples per rod
 RESOLVED = 16  # wave number of the buckled shape that so few resolve
-HALVINGS, STEPS = 20, 3  # to find a crossing, and to settle it
+HALVINGS, STEPS = 50, 3  # to find a crossing of E, and to settle one of D
+BACK = 1e-7  # relative step of the difference that tells the sign of E'
 BESIDE = 1e-6  # relative distance from a steady crossing at which unstable eigenvalues are counted
 
 
@@ -36,11 +30,36 @@ def steady_crossings(rods: Rods, max_force: Real) -> tuple[NDArray[np.int_], Rea
     found = [_bracketed(rods, part, max_force, count) for count, part in _groups(rods, max_force)]
     rod, low, high, below = (np.concatenate(x) for x in zip(*found, strict=True))
     here = rods[rod]
-    for _ in range(HALVINGS if rod.size else 0):
+    return rod, _halved(low, high, lambda force: np.sign(static_balance(here, force)) == below)
+
+
+def static_balance(rods: Rods, force: Real) -> Real:
+    """E(F) = 1 − (ay μ/(2 K2 K3)) sinc²(p/2) − (aθ/K3) sinc(p), also where p = 0."""
+    straight = rods.at(force)
+    *explicit, load, _ = straight("straight_rod")
+    nu = explicit[0] if explicit else straight.values["nu"]
+    mu = straight("base_state")
+    mu = mu[-1] if isinstance(mu, tuple) else mu
+    _, K2, by_angle, _ = straight("y_tip_row", lam=0.0)
+    _, _, by_twist, K3 = straight("theta_tip_row", lam=0.0)
+    half = np.sqrt(mu * load / (K2 * K3)) / 2
+    ay, atheta = -by_angle - K2 * nu, -by_twist
+    bent = ay * mu / (2 * K2 * K3) * np.sinc(half / np.pi) ** 2
+    return np.asarray(1 - bent - atheta / K3 * np.sinc(2 * half / np.pi))
+
+
+def _slope(rods: Rods, force: Real) -> Real:
+    """The sign of E'(F)."""
+    return np.asarray(np.sign(static_balance(rods, force) - static_balance(rods, force * (1 - BACK))))
+
+
+def _halved(low: Real, high: Real, as_at_low: Callable[[Real], NDArray[np.bool_]]) -> Real:
+    """Where a property of the lower ends is lost, (n,)."""
+    for _ in range(HALVINGS if low.size else 0):
         middle = (low + high) / 2
-        same = sign_at_rest(problem(here.at(middle), rods.compiled)) == below
+        same = as_at_low(middle)
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return rod, settled(here, (low + high) / 2)
+    return (low + high) / 2
 
 
 def _groups(rods: Rods, max_force: Real) -> Iterator[tuple[int, NDArray[np.int_]]]:
@@ -51,7 +70,7 @@ def _groups(rods: Rods, max_force: Real) -> Iterator[tuple[int, NDArray[np.int_]
     counts = FEWEST * 2 ** np.ceil(np.log2(np.clip(wave / RESOLVED, 1, MOST / FEWEST))).astype(int)
     for count in np.unique(counts).tolist():
         same = np.flatnonzero(counts == count)
-        size = max((COMPILED_BLOCK if rods.compiled else BLOCK) // count, 1)
+        size = max(BLOCK // count, 1)
         yield from ((count, same[i : i + size]) for i in range(0, len(same), size))
 
 
@@ -60,10 +79,22 @@ def _bracketed(
 ) -> tuple[NDArray[np.int_], Real, Real, Real]:
     """Rod, both ends of an interval and the sign at the lower one, for every change of sign."""
     force = max_force[part, None] * np.linspace(0, 1, count) ** 2
-    everywhere = rods[np.repeat(part, count)].at(force.ravel())
-    sign = sign_at_rest(problem(everywhere, rods.compiled)).reshape(force.shape)
+    here = rods[part][:, None]
+    sign, slope = np.sign(static_balance(here, force)), _slope(here, force)
     rod, at = np.nonzero(sign[:, 1:] * sign[:, :-1] < 0)
-    return part[rod], force[rod, at], force[rod, at + 1], sign[rod, at]
+    found = [(rod, force[rod, at], force[rod, at + 1], sign[rod, at])]
+    # between two samples of one sign |E| falls and rises again: E has the other sign there, or not
+    turns = (slope[:, 1:] * slope[:, :-1] < 0) & (slope[:, 1:] == sign[:, 1:])
+    rod, at = np.nonzero(turns & (sign[:, 1:] == sign[:, :-1]))
+    low, high, below = force[rod, at], force[rod, at + 1], sign[rod, at]
+    some = rods[part][rod]
+    between = _halved(low, high, lambda force: _slope(some, force) == -below)
+    turned = np.flatnonzero(np.sign(static_balance(some, between)) == -below)
+    rod, low, high = rod[turned], low[turned], high[turned]
+    between, below = between[turned], below[turned]
+    found += [(rod, low, between, below), (rod, between, high, -below)]
+    which, starts, ends, signs = (np.concatenate(x) for x in zip(*found, strict=True))
+    return part[which], starts, ends, signs
 
 
 def settled(rods: Rods, force: Real) -> Real:

@@ -173,7 +173,7 @@ def _enclosures(
     acb = flint().acb
     with working_bits(int(3.33 * working) + 16):
         with _step("an enclosure of the threshold"):
-            box = tight_box(rod, force, omega, working, unique_in.balls)
+            box = tight_box(rod, force, omega, working, unique_in)
         with _step("a simple eigenvalue that crosses the axis"):
             slope = eigenvalue_slope(rod, box)
         with _step("enclosures of alpha and beta"):

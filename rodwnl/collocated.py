@@ -149,20 +149,29 @@ def leading_eigenvalues(rod: RodParameters, force: Real, kept: int = KEPT) -> tu
     found: list[tuple[Complex, Complex]] = []
     for f in force:
         nodes = gauss_legendre(max(nodes_for(rod, float(f)), kept))
-        p = pencil(straight_rod(rod, float(f) + 1j * STEP), nodes)
+        parts = stepped(rod, float(f), nodes)
         shift = 0.0
         try:
             with np.errstate(all="ignore"):  # an eigenvalue that is 0 to round-off is looked at below
-                eigenvalue, slope = eigenvalues_and_slopes(np.linalg.solve(p.A, p.B), STEP, kept)
+                eigenvalue, slope = eigenvalues_and_slopes(*_inverse(*parts), kept)
                 shift = _shift(eigenvalue, slope)
         except np.linalg.LinAlgError:
             shift = ASIDE
         if shift:
-            inverse = np.linalg.solve(p.A - shift * p.B, p.B)
-            eigenvalue, slope = eigenvalues_and_slopes(inverse, STEP, kept)
+            eigenvalue, slope = eigenvalues_and_slopes(*_inverse(*parts, shift), kept)
             eigenvalue = eigenvalue + shift
         found.append((eigenvalue, slope))
     return np.stack([eigenvalue for eigenvalue, _ in found]), np.stack([slope for _, slope in found])
+
+
+def _inverse(p: Pencil, A_force: Array, B_force: Array, shift: float = 0.0) -> tuple[Array, Array]:
+    """K = (A − shift B)⁻¹ B and K', from (A − shift B) K' = B' − (A' − shift B') K.
+
+    In real arithmetic: a complex solve leaves rounding errors of Re K in the entries of Im K that are small.
+    """
+    matrix = p.A - shift * p.B
+    K = np.linalg.solve(matrix, p.B)
+    return K, np.linalg.solve(matrix, B_force - (A_force - shift * B_force) @ K)
 
 
 def _shift(*found: Array) -> float:

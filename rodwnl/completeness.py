@@ -28,7 +28,15 @@ from rodwnl.balls import BallNumbers, flint, working_bits
 from rodwnl.errors import ComputationError
 from rodwnl.fields import Scalar
 from rodwnl.halfplane import Energy, characteristic, unstable_region
-from rodwnl.isolation import Box, derivatives, steady_box, uniqueness_box
+from rodwnl.isolation import (
+    Box,
+    DecimalBox,
+    derivatives,
+    steady_box,
+    steady_enclosure,
+    tight_box,
+    uniqueness_box,
+)
 from rodwnl.linearrod import LinearRod, linear_rod, require_form
 from rodwnl.parameters import RodParameters
 from rodwnl.spectrum import HopfSearch, hopf_thresholds, searched_range
@@ -36,6 +44,7 @@ from rodwnl.uniformrod import require_uniform
 
 REACH = Fraction(19, 20)  # of the forces that the straight rod bears; nearer the work grows without limit
 BITS = 64
+DIGITS = 30  # to which a crossing is compared with the end of the range
 SLABS = 16  # pieces of the force range, each with its own bound of ω
 NARROWEST_SLAB = 1e-4  # relative width of such a piece, before a bound is given up
 MOST_BOXES = 400_000
@@ -70,15 +79,34 @@ def prove_complete(search: HopfSearch) -> Complete:
             f"not proved: near force {every.touches[0]:.10g} a real eigenvalue touches 0, and no ball tells "
             f"one double zero from none or two"
         )
+    found = (*every.thresholds, *every.steady, *(every.later or ()))
     with working_bits(BITS):
-        found = (*every.thresholds, *every.steady, *(every.later or ()))
-        isolated = [uniqueness_box(rod, t.force, t.omega).balls for t in found if not t.steady]
-        isolated += [steady_box(rod, t.force).balls for t in found if t.steady]
+        boxes = [uniqueness_box(rod, t.force, t.omega) for t in found if not t.steady]
+        boxes += [steady_box(rod, t.force) for t in found if t.steady]
+        isolated = [box.balls for box in boxes]
         for a, b in combinations(isolated, 2):
             if a.force.overlaps(b.force) and a.omega.overlaps(b.omega):
                 raise ComputationError("not proved: two thresholds are too close for boxes of their own")
+        for box in boxes:
+            require_below(rod, box, upper)
         certify_complete(rod, upper, isolated)
     return Complete(upper, len(isolated), sum(t.steady for t in found))
+
+
+def require_below(rod: RodParameters, isolated: DecimalBox, upper: Fraction) -> None:
+    """The crossing of a box lies in the range, beyond which the box itself may reach, or ComputationError."""
+    force, omega = float(isolated.force[0]), float(isolated.omega[0])
+    if omega == 0:
+        crossing = steady_enclosure(rod, force, DIGITS, isolated)
+    else:
+        with working_bits(4 * DIGITS):
+            crossing = tight_box(rod, force, omega, DIGITS, isolated).force
+    with working_bits(4 * DIGITS):
+        if not crossing < BallNumbers().number(upper).real:
+            raise ComputationError(
+                f"not proved: the crossing near force {force:.10g} lies at the end of the range, "
+                f"{float(upper):.10g}, or beyond it; take another max_force"
+            )
 
 
 def certify_complete(rod: RodParameters, max_force: Fraction, isolated: Sequence[Box]) -> None:

@@ -77,14 +77,15 @@ def unstable_count(parameters: Floats, force: float) -> int:
 
 def _leading(parameters: Floats, force: Real, count: int, kept: int) -> tuple[Complex, Complex]:
     step = 1e-100  # complex step: Im K(F + i·step)/step is the derivative of K to round-off
-    return eigenvalues_and_slopes(inverse_operator(parameters, force + 1j * step, count), step, kept)
+    K = inverse_operator(parameters, force + 1j * step, count)
+    return eigenvalues_and_slopes(K.real, K.imag / step, kept)
 
 
-def eigenvalues_and_slopes(operator: NDArray[np.inexact], step: float, kept: int) -> tuple[Complex, Complex]:
-    """λ and dλ/dF of the `kept` largest eigenvalues 1/λ of K, (…, kept) each, from K(F + i·step)."""
-    inverse, vectors = np.linalg.eig(operator.real)
+def eigenvalues_and_slopes(operator: Real, by_force: Real, kept: int) -> tuple[Complex, Complex]:
+    """λ and dλ/dF of the `kept` largest eigenvalues 1/λ of K, (…, kept) each, from K and K' = dK/dF."""
+    inverse, vectors = np.linalg.eig(operator)
     # κ = 1/λ:    κ' = (V⁻¹ K' V)_jj,    λ' = −λ² κ'
-    slope = np.einsum("...ij,...ji->...i", np.linalg.inv(vectors), operator.imag / step @ vectors)
+    slope = np.einsum("...ij,...ji->...i", np.linalg.inv(vectors), by_force @ vectors)
     order = np.argsort(-np.abs(inverse), axis=-1, kind="stable")[..., :kept]
     inverse, slope = np.take_along_axis(inverse, order, -1), np.take_along_axis(slope, order, -1)
     eigenvalue: Complex = 1 / inverse.astype(np.complex128)

@@ -44,9 +44,22 @@ class DecimalBox:
 
     @property
     def balls(self) -> Box:
-        """Balls that contain the box."""
+        """Balls that contain the box: a radius has 30 bits and is rounded up, so they are a little larger."""
         arb = flint().arb
         return Box(*(arb(arb(mid), arb(rad)) for mid, rad in (self.force, self.omega)))
+
+    def holds_force(self, force: Scalar) -> bool:
+        """Whether a ball surely lies in the force interval itself."""
+        return _inside(force, self.force)
+
+    def holds(self, box: Box) -> bool:
+        """Whether both balls do."""
+        return _inside(box.force, self.force) and _inside(box.omega, self.omega)
+
+
+def _inside(x: Scalar, interval: tuple[str, str]) -> bool:
+    mid, rad = (flint().arb(text) for text in interval)
+    return bool(abs(x - mid) < rad)
 
 
 def uniqueness_box(rod: RodParameters, force: float, omega: float) -> DecimalBox:
@@ -83,7 +96,7 @@ def steady_box(rod: RodParameters, force: float) -> DecimalBox:
     raise ComputationError(f"not proved: one and only one steady crossing near force {force!r}")
 
 
-def steady_enclosure(rod: RodParameters, force: float, digits: int, unique_in: Box) -> Scalar:
+def steady_enclosure(rod: RodParameters, force: float, digits: int, unique_in: DecimalBox) -> Scalar:
     """The steady crossing of `unique_in` in a ball of `digits` digits: an interval Newton step for D(0, F).
 
     X contains m − D(0, m)/D_F(X), which then contains a zero. Raises ComputationError where it does not, or
@@ -97,15 +110,15 @@ def steady_enclosure(rod: RodParameters, force: float, digits: int, unique_in: B
         D = characteristic(linear_rod(rod, X.mid()), f.acb(0)).whole.real
         slope, _ = derivatives(rod, Box(X, f.arb(0)))
         inner = X.mid() - D / slope.real
-        if not (X.contains_interior(inner) and unique_in.force.contains(inner)):
+        if not (X.contains_interior(inner) and unique_in.holds_force(inner)):
             raise ComputationError(f"not proved: an enclosure of the steady crossing near force {force!r}")
         if relative_accuracy(inner) < digits + 1:
             raise ComputationError(f"not proved: {digits} digits of the steady crossing near force {force!r}")
         return inner
 
 
-def tight_box(rod: RodParameters, force: float, omega: float, digits: int, unique_in: Box) -> Box:
-    """A box of about the working precision that contains the threshold of `unique_in`."""
+def tight_box(rod: RodParameters, force: float, omega: float, digits: int, unique_in: DecimalBox) -> Box:
+    """A box of about the working precision that contains the threshold of `unique_in` and lies in it."""
     f = flint()
     with mp.workdps(digits):
         centre = refine_threshold(rod, mp.mpf(force), mp.mpf(omega))
@@ -114,7 +127,7 @@ def tight_box(rod: RodParameters, force: float, omega: float, digits: int, uniqu
         box = Box(*(f.arb(text, abs(f.arb(text)) * f.arb(10) ** -kept) for text in texts))
         inner = _krawczyk(rod, box)
         if inner is not None:
-            if not (unique_in.force.contains(inner.force) and unique_in.omega.contains(inner.omega)):
+            if not unique_in.holds(inner):
                 raise ComputationError("it lies outside the box in which it is unique")
             return inner
     raise ComputationError("Krawczyk's test fails in a small box around the approximate threshold")

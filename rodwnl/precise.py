@@ -189,7 +189,7 @@ def print_certified(
     with working_bits(COUNT_BITS):
         boxes = [steady_box(search.rod, t.force) for t in search.steady]
         steady = [
-            steady_enclosure(search.rod, t.force, digits, box.balls)
+            steady_enclosure(search.rod, t.force, digits, box)
             for t, box in zip(search.steady, boxes, strict=True)
         ]
     with working_bits(4 * digits + 64):

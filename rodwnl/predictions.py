@@ -135,10 +135,13 @@ def predict_at(
         return Prediction(c, force, side, False, None, None, None, None, None)
     omega = kernels.frequency(detuning, c.omega, alpha.real, alpha.imag, beta.real, beta.imag)
     squared_error = abs(detuning) * c.A_tip2_slope_error + abs(c.A_tip2_slope) * c.threshold.force_error
+    omega_error = abs(detuning) * c.omega_slope_error + abs(c.omega_slope) * c.threshold.force_error
+    omega_error += c.threshold.omega_error
     if beyond is not None and beyond.A_tip2_curvature is not None and beyond.omega_curvature is not None:
         squared += beyond.A_tip2_curvature * detuning**2
         omega += beyond.omega_curvature * detuning**2
         squared_error += beyond.A_tip2_curvature_error * detuning**2
+        omega_error += beyond.omega_curvature_error * detuning**2
     A_tip = float(squared) ** 0.5 if squared > 0 else None
     return Prediction(
         c, force, side,
@@ -147,6 +150,5 @@ def predict_at(
         A_tip=A_tip,
         omega=float(omega),
         A_tip_error=None if A_tip is None else squared_error / (2 * A_tip),
-        omega_error=c.threshold.omega_error + abs(detuning) * c.omega_slope_error
-        + abs(c.omega_slope) * c.threshold.force_error,
+        omega_error=omega_error,
     )  # fmt: skip

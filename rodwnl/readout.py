@@ -29,10 +29,11 @@ REACH = 3  # samples on either side of an extremum that its polynomial goes thro
 class Reading:
     """What a signal says about its oscillation, in the units of the signal and of its time.
 
-    A_tip, omega: from the second half; None where the signal does not oscillate there, omega also where
-    that is too short. *_error: the difference between the third and the last quarter, which is what has not
-    settled, plus that between two ways to interpolate or to window; not the error of the integration behind
-    the signal. growth: rate of the amplitude's change between these quarters, d ln A/dt; None as A_tip.
+    A_tip, omega: from the second half; None where the signal does not oscillate there or drifts by more
+    than it does, omega also where that is too short. *_error: the difference between the third and the last
+    quarter, which is what has not settled, plus that between two ways to interpolate or to window; not the
+    error of the integration behind the signal. growth: rate of the amplitude's change between these quarters,
+    d ln A/dt; None as A_tip.
     y_tip: where the signal comes to rest, if that is not 0 (state "buckled"); its error: how far it was from
     there in the last quarter.
     """
@@ -57,22 +58,20 @@ def read(time: Array, signal: Array) -> Reading:
     A, third, last = amplitude(late), amplitude(late[:quarter]), amplitude(late[quarter:])
     if A is None or third is None or last is None:
         return Reading("decayed" if decayed else "not finished", None, None, None, None, None)
-    interpolation = abs(A - (amplitude(late, REACH - 1) or A))
-    growth = float(np.log(last / third) / (late_time[quarter] - late_time[0]))
-
     omega = omega_error = None
-    periods = len(_turns(late[:quarter])) / 2
-    if periods >= FEWEST_PERIODS:
+    if len(_turns(late[:quarter])) / 2 >= FEWEST_PERIODS and not decayed:
         omega = frequency(late_time, late)
+        if omega * (late_time[quarter] - late_time[0]) < np.pi * FEWEST_PERIODS:
+            return Reading("not finished", None, None, None, None, None)  # it drifts by more than it beats
         first, second = (
             frequency(late_time[part], late[part]) for part in (slice(quarter), slice(quarter, None))
         )
         omega_error = abs(second - first) + abs(frequency(late_time, late, 2) - omega)
-    state: State = "not finished"
-    if decayed:
-        state, omega, omega_error = "decayed", None, None
-    elif abs(last - third) < SETTLED * last:
-        state = "settled"
+    interpolation = abs(A - (amplitude(late, REACH - 1) or A))
+    growth = float(np.log(last / third) / (late_time[quarter] - late_time[0]))
+
+    settled: State = "settled" if abs(last - third) < SETTLED * last else "not finished"
+    state: State = "decayed" if decayed else settled
     return Reading(state, A, abs(last - third) + interpolation, omega, omega_error, growth)
 
 

@@ -154,26 +154,36 @@ def stuart_landau(alpha: complex, sigma: complex, A0: complex, t: ArrayLike) -> 
 
     ρ = |A|² obeys dρ/dt = 2(Re σ + Re α ρ) ρ, so with a = Re σ, b = Re α
 
-        ρ = ρ0 / (e^{−2at} − bρ0 (1 − e^{−2at})/a),    arg A = arg A0 + Im σ t + Im α ∫ρ,
-        b ∫ρ = ½ ln(ρ/ρ0) − at.
+        ρ0/ρ = e^{−2at} − bρ0 (1 − e^{−2at})/a = e^{−2at} (1 − q),    q = bρ0 (e^{2at} − 1)/a,
+        arg A = arg A0 + Im σ t + Im α ∫ρ,    b ∫ρ = ½ ln(ρ/ρ0) − at = −½ ln(1 − q),
 
-    Raises ComputationError where A becomes infinite before the last time, as it can for Re α > 0.
+    the first form for a > 0, the second else, so that no exponential grows. Raises InputError for a negative
+    time, ComputationError where A becomes infinite before the last time, as it can for Re α > 0.
     """
     t = np.asarray(t, float)
+    if (t < 0).any():
+        raise InputError(f"the amplitude equation starts at t = 0, not at t = {t.min():.6g}")
     a, b, rho0 = sigma.real, alpha.real, abs(A0) ** 2
     if rho0 == 0:
         return np.zeros(t.shape, complex)
-    decay = np.exp(-2 * a * t)
-    elapsed = -np.expm1(-2 * a * t) / a if a else 2 * t  # (1 − e^{−2at})/a
-    share = decay - b * rho0 * elapsed  # ρ0/ρ
-    if (share <= 0).any():
+    if a > 0:
+        share = np.exp(-2 * a * t) + b * rho0 * np.expm1(-2 * a * t) / a  # ρ0/ρ
+        leaves = (share <= 0).any()
+    else:
+        grown = np.expm1(2 * a * t) / a if a else 2 * t
+        leaves = (b * rho0 * grown >= 1).any()
+    if leaves:
         blow_up = -np.log1p(-a / (a + b * rho0)) / (2 * a) if a else 1 / (2 * b * rho0)
         raise ComputationError(
             f"the amplitude equation leaves every bound at t = {blow_up:.4g}: from |A| = {abs(A0):.3g} the "
             "cubic term drives it out of its range, where only the full rod can tell what follows"
         )
-    log_growth = -np.log(share) / 2  # ln(|A|/|A0|)
-    integral = (log_growth - a * t) / b if b else rho0 * np.expm1(2 * a * t) / (2 * a) if a else rho0 * t
+    if a > 0:
+        log_growth = -np.log(share) / 2  # ln(|A|/|A0|)
+        integral = (log_growth - a * t) / b if b else rho0 * np.expm1(2 * a * t) / (2 * a)
+    else:
+        less = np.log1p(-b * rho0 * grown) / 2
+        log_growth, integral = a * t - less, -less / b if b else rho0 * grown / 2
     return np.asarray(A0 * np.exp(log_growth + 1j * (sigma.imag * t + alpha.imag * integral)))
 
 

@@ -172,7 +172,7 @@ def _decide(
         even = smooth & np.all(rise * rise[0] > 0, axis=0) & (slow > error) & (slow > fast / 4)
         crosses = (real[0] < 0) != (real[3] < 0)
         known &= above | below | even
-        unstable &= above
+        unstable &= above & smooth  # else the ends belong to two branches, and nothing is known between
         change += np.sum(np.where(crosses, np.sign(rise[0]), 0), axis=1)
         crossings.append((half, start, crosses & (middle.eigenvalue.imag >= 0)))
     decided = known.all(axis=1) & (_unstable(right) - _unstable(left) == change)

@@ -116,7 +116,7 @@ def sweep(
         if not done:  # nothing to go on with
             shutil.rmtree(plan.parts)
     (_to_zarr if out.suffix == ".zarr" else _to_netcdf)(plan)
-    shutil.rmtree(plan.parts)
+    _remove(plan.parts)
 
 
 def prepare(grid: Grid, out: Path, *, resume: bool, overwrite: bool) -> Plan:
@@ -139,7 +139,10 @@ def prepare(grid: Grid, out: Path, *, resume: bool, overwrite: bool) -> Plan:
         _require_same(plan, found)
     elif overwrite:
         for path in (out, plan.parts):
-            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+            _remove(path)
+    if found is None:  # blocks without a plan may be another grid's: what removed them was killed
+        for part in plan.parts.glob("*.npz"):
+            part.unlink()
     if out.suffix == ".nc" or not out.exists():
         require_writable(out, _expected_size(grid))
     if not out.exists():
@@ -147,6 +150,18 @@ def prepare(grid: Grid, out: Path, *, resume: bool, overwrite: bool) -> Plan:
         with replacing(plan.parts / "plan.json") as temporary:
             temporary.write_text(json.dumps(plan.provenance, indent=1), encoding="utf-8")
     return plan
+
+
+def _remove(path: Path) -> None:
+    """A file or a folder, which goes from its place whole: half a folder would look like what it was."""
+    scratch = path.with_name(path.name + ".removed")
+    if scratch.exists():  # an earlier removal was cut off
+        shutil.rmtree(scratch)
+    if path.is_dir():
+        path.rename(scratch)
+        shutil.rmtree(scratch)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def provenance(grid: Grid) -> dict[str, str]:

@@ -182,7 +182,7 @@ _STATES = {
 def _not_finished(run: "Simulation") -> str:
     growth = run.reading.growth
     if growth is None:
-        return "The run has not finished: late in it the tip neither beats long enough nor comes to rest."
+        return "The run has not finished: late in it the tip neither beats about one place nor comes to rest."
     change = "grows" if growth > 0 else "decays"
     return f"The run has not finished: the amplitude still {change}, d ln A/dt = {growth:.3g}."
 

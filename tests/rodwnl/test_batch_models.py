@@ -201,6 +201,16 @@ def test_buckling_has_a_closed_form():
     assert np.all(np.isnan(flutter.buckling_force))
 
 
+@pytest.mark.parametrize("below", [1e-4, 1e-5, 1e-7, 1e-8])
+def test_a_window_of_buckling_between_two_samples_is_seen(below):
+    """At χ = 1/2 a real eigenvalue touches 0 at F = π²; before, it crosses twice, √(1/2 − χ) apart."""
+    rod = {"k1": 1e4, "k2": 1e4, "gamma3": 1e-4, "chi": 0.5 - below}
+    found = landau_batch(**rod, model="partial_follower", max_force=100)
+    single = hopf_thresholds(RodParameters(**rod, model="partial_follower"), 100)
+    assert found.status == Status.BUCKLES
+    assert found.buckling_force == pytest.approx(single.steady[0].force, rel=1e-9)
+
+
 def test_a_rod_may_buckle_straighten_and_flutter():
     values = {"k1": 187, "k2": 240, "gamma3": 1e-4, "gamma1": 0.9}
     rod = RodParameters(**values, model="partial_follower", chi="0.455")

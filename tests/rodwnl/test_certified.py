@@ -11,9 +11,11 @@ from rodwnl.certified import certify_threshold
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.exact import exact_threshold
 from rodwnl.halfplane import characteristic, count_right_of, unstable_region
+from rodwnl.isolation import DecimalBox, steady_box, steady_enclosure, tight_box, uniqueness_box
 from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import RodParameters
-from rodwnl.spectrum import leading_eigenvalues
+from rodwnl.spectrum import hopf_thresholds, leading_eigenvalues
+from rodwnl.steady import steady_force
 
 from .theorems import assert_emitted_determinant, assert_energy_identity
 
@@ -189,3 +191,30 @@ def test_decimal_enclosures_mean_what_they_say():
     assert flint.arb(f"{texts['mid']} +/- {texts['rad']}").contains(flint.fmpq(1, 3))
     assert texts["mid"].startswith("0.33333")
     assert enclosure(flint.arb("0.5"), 10) == {"mid": "0.5000000000", "rad": "0"}
+
+
+def just_short_of(force: mp.mpf, near: float) -> tuple[str, str]:
+    """An interval that ends 1e-11 of its radius before the force: its ball, with 30 bits of it, has it."""
+    with mp.workdps(40):
+        middle = f"{near:.6f}"
+        return middle, mp.nstr(abs(mp.mpf(force) - mp.mpf(middle)) * (1 - mp.mpf("1e-11")), 25)
+
+
+def test_the_threshold_lies_in_the_printed_box_and_not_only_in_its_ball():
+    rod = RodParameters("1e4", "1e4", "1e-4")
+    t = hopf_thresholds(rod)[0]
+    e = exact_threshold(rod, t.force, t.omega, 35)
+    box = tight_box(rod, t.force, t.omega, 30, uniqueness_box(rod, t.force, t.omega))
+    printed = DecimalBox(just_short_of(e.force, t.force), (f"{t.omega:.12g}", "0.1"))
+    assert printed.balls.force.contains(box.force)
+    with pytest.raises(ComputationError, match="outside the box"):
+        tight_box(rod, t.force, t.omega, 30, printed)
+
+
+def test_a_steady_crossing_lies_in_the_printed_interval_too():
+    rod = RodParameters("1e4", "1e2", "1e-2", model="partial_follower", chi="0.3")
+    near = hopf_thresholds(rod, 5).steady[0].force
+    printed = DecimalBox(just_short_of(steady_force(rod, near, 40), near), ("0", "0"))
+    assert printed.balls.force.contains(steady_enclosure(rod, near, 25, steady_box(rod, near)))
+    with pytest.raises(ComputationError, match="not proved: an enclosure"):
+        steady_enclosure(rod, near, 25, printed)

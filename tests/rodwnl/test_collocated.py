@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from rodwnl import cli, expansion, report, straightrod, thresholds
+from rodwnl import cli, expansion, landau_batch, report, straightrod, thresholds
 from rodwnl.batch_rods import Rods, largest_forces
 from rodwnl.coefficients import landau, landau_at
 from rodwnl.collocated import STEP, leading_eigenvalues, nearest, pencil, static_sign, stepped, unstable_count
@@ -168,6 +168,30 @@ def test_a_window_of_buckling_before_flutter_is_seen():
     (flutter,) = search
     assert search.steady[1].force < flutter.force
     assert [unstable_count(rod, force) for force in (4, 7, 10.35, 10.4)] == [0, 1, 0, 2]
+
+
+def test_flutter_after_recovery_from_buckling_is_seen():
+    """A real unstable eigenvalue at one end of an interval and a complex pair at the other are not one."""
+    own = {"model": "partial_follower", "chi": "0.3912"}
+    search = hopf_thresholds(RodParameters("220.4", "92.51", "0.005183", "0.07794", **own))
+    assert [round(t.force, 5) for t in search] == [14.88839]
+    assert [round(t.force, 5) for t in search.steady] == [4.99056, 14.75155]
+
+
+@pytest.mark.parametrize(
+    ("values", "chi", "thresholds"),
+    [
+        ((3143, 72250, 8.164e-6, 0.3036), 1.1544, [43.0469]),
+        ((12840, 32040, 4.153e-6, 0.4112), 0.4469, [18.8704]),
+        ((427, 225300, 3.51e-6, 1.029), 0.5233, [21.7024]),
+    ],
+)
+def test_a_rod_with_little_rotational_drag_is_not_refused(values, chi, thresholds):
+    """Near F = 0 dλ/dF is a small difference of K's largest entries."""
+    rod = RodParameters(*values, model="partial_follower", chi=chi)
+    assert [t.force for t in hopf_thresholds(rod)] == pytest.approx(thresholds, abs=1e-4)
+    batch = landau_batch(*values, model="partial_follower", chi=chi)
+    assert batch.force[0] == pytest.approx(thresholds[0], abs=1e-4)
 
 
 def test_a_steady_crossing_is_said_and_has_no_coefficients_of_an_oscillation(capsys):

@@ -3,16 +3,18 @@
 import json
 from fractions import Fraction
 
+import mpmath as mp
 import pytest
 
 pytest.importorskip("flint", reason="python-flint, the extra `certified`, is not installed")
 
 from rodwnl import RodParameters, cli, completeness
 from rodwnl.balls import working_bits
-from rodwnl.completeness import certify_complete, prove_complete
+from rodwnl.completeness import certify_complete, prove_complete, require_below
 from rodwnl.errors import ComputationError
-from rodwnl.isolation import uniqueness_box
+from rodwnl.isolation import steady_box, uniqueness_box
 from rodwnl.spectrum import hopf_thresholds
+from rodwnl.steady import steady_force
 
 STIFF = RodParameters("1e4", "1e4", "1e-4")
 
@@ -24,6 +26,23 @@ def test_the_stiff_rod_has_one_threshold_up_to_forty():
 
 def test_below_the_threshold_there_is_none():
     assert prove_complete(hopf_thresholds(STIFF, 20)).crossings == 0
+
+
+def test_a_crossing_just_beyond_the_range_is_not_counted():
+    """The search finds it in double precision; it lies 3.6e-17 above the last force, inside its own box."""
+    rod, last = RodParameters(68000, 1150, "1.12e-4"), "36.378607630731426854286507086599953"
+    with pytest.raises(ComputationError, match=r"near force 36\.37860763 lies at the end of the range"):
+        prove_complete(hopf_thresholds(rod, last))
+
+
+def test_neither_is_a_steady_crossing():
+    near = hopf_thresholds(BUCKLES, 5).steady[0].force
+    last = Fraction(mp.nstr(steady_force(BUCKLES, near, 40), 35))
+    with working_bits(64):
+        box = steady_box(BUCKLES, near)
+        require_below(BUCKLES, box, last * (1 + Fraction("1e-25")))
+        with pytest.raises(ComputationError, match="lies at the end of the range"):
+            require_below(BUCKLES, box, last * (1 - Fraction("1e-25")))
 
 
 def test_a_withheld_threshold_is_missed(monkeypatch):

@@ -6,6 +6,7 @@ import pytest
 
 from rodwnl import InputError, RodParameters, landau, predict
 from rodwnl.predictions import predict_at
+from rodwnl.responses import amplitude_equation
 
 REENTRANT = RodParameters(200, 10000, "1e-4")
 ROD = RodParameters(10000, 10000, "1e-4")
@@ -39,6 +40,16 @@ def test_amplitude_vanishes_like_a_square_root():
     near, far = predict_at(c, c.force + 1e-4), predict_at(c, c.force + 1e-2)
     assert far.A_tip / near.A_tip == pytest.approx(10, rel=1e-9)
     assert near.omega == pytest.approx(c.omega, abs=1e-3)
+
+
+def test_the_errors_of_the_curvatures_are_in_those_of_the_prediction():
+    c = landau(ROD)[0]
+    beyond = amplitude_equation(ROD, c.threshold)
+    known = predict_at(c, 38.0, replace(beyond, A_tip2_curvature_error=0.0, omega_curvature_error=0.0))
+    rough = predict_at(c, 38.0, replace(beyond, A_tip2_curvature_error=1e-3, omega_curvature_error=2.0))
+    squared = (38.0 - c.force) ** 2
+    assert rough.omega_error - known.omega_error == pytest.approx(2 * squared, rel=1e-9)
+    assert 2 * rough.A_tip * (rough.A_tip_error - known.A_tip_error) == pytest.approx(1e-3 * squared)
 
 
 def test_a_degenerate_threshold_predicts_nothing():

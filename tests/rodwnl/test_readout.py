@@ -59,6 +59,16 @@ def test_an_oscillation_that_changes_has_not_finished_and_its_rate_is_read(rate)
     assert reading.A_tip_error > 0.1 * abs(rate) * time[-1] / 4 * reading.A_tip
 
 
+def test_a_drift_is_not_an_oscillation():
+    time = times(50)
+    for y in (0.02 * np.cos(OMEGA * time) + 0.5 * time, 0.02 * np.cos(OMEGA * time) + np.exp(-time)):
+        reading = read(time, y)
+        assert reading.state == "not finished"
+        assert reading.A_tip is reading.omega is reading.omega_error is reading.growth is None
+    slow = read(time, 0.02 * np.cos(OMEGA * time) + 1e-3 * time)
+    assert slow.omega == pytest.approx(OMEGA, rel=1e-4)
+
+
 def test_an_oscillation_that_is_gone_has_decayed():
     time = times(100)
     noise = 1e-10 * np.random.default_rng(0).standard_normal(time.size)

@@ -53,6 +53,16 @@ def test_it_ends_at_the_fixed_amplitude_without_overflow():
     assert stuart_landau(-100, 2, 0.0, [1.0]) == 0
 
 
+def test_it_decays_to_nothing_without_overflow():
+    t = np.array([1e-3, 1.0, 1e3])
+    A = stuart_landau(-2 + 1j, -900 + 30j, 0.01, t)
+    assert A[1:].tolist() == [0, 0]
+    assert A[0] == pytest.approx(0.01 * np.exp((-900 + 30j) * 1e-3), rel=1e-6)
+    assert stuart_landau(5j, -900, 0.01, t)[2] == 0
+    with pytest.raises(InputError, match="starts at t = 0, not at t = -1"):
+        stuart_landau(-2, -900, 0.01, [0.0, -1.0])
+
+
 def test_a_subcritical_amplitude_that_runs_away_is_refused_with_its_time():
     """b = 100, a = −1: from ρ0 = 0.02, twice the unstable value, 1/ρ reaches 0 at t = ln 2/2."""
     assert abs(stuart_landau(100, -1, np.sqrt(0.02), 0.34)) > 0.5

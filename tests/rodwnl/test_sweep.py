@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +191,46 @@ def test_resume_computes_only_what_is_missing(tmp_path, small, blocks_of_two, mo
     sweeps.sweep(read_grid(small), out, resume=True, progress=lambda *r: reports.append(r))
     assert numbers == [0, 1, 2]
     assert reports[0] == (2, 6)
+
+
+def test_blocks_whose_plan_is_gone_are_not_taken(tmp_path, small, blocks_of_two, monkeypatch):
+    """They may be another grid's: a run killed while it removed its folder leaves such ones."""
+    g, out, numbers = read_grid(small), tmp_path / "out.nc", []
+    plan = sweeps.prepare(g, out, resume=False, overwrite=False)
+    plan.part(1).write_bytes(b"of another grid")
+    (plan.parts / "plan.json").unlink()
+
+    def here(tasks, _):
+        for number, *arguments in tasks:
+            numbers.append(number)
+            yield number, engines.compute(*arguments)
+
+    monkeypatch.setattr(sweeps, "on_this_machine", here)
+    sweeps.sweep(g, out)
+    assert numbers == [0, 1, 2]
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".zarr"])
+def test_a_removal_that_is_cut_off_leaves_nothing_that_looks_whole(tmp_path, small, monkeypatch, suffix):
+    g, out = read_grid(small), tmp_path / f"out{suffix}"
+    again = partial(sweeps.prepare, g, out, resume=False)
+    old = out if suffix == ".zarr" else again(overwrite=False).parts
+    old.mkdir(exist_ok=True)
+    rmtree, calls = sweeps.shutil.rmtree, []
+
+    def cut_off(path):
+        calls.append(path)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        rmtree(path)
+
+    monkeypatch.setattr(sweeps.shutil, "rmtree", cut_off)
+    with pytest.raises(KeyboardInterrupt):
+        again(overwrite=True)
+    assert not old.exists()
+    again(overwrite=False)  # as if there had been nothing
+    again(overwrite=True)
+    assert not calls[0].exists()
 
 
 def run(*arguments):

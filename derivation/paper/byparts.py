@@ -33,8 +33,8 @@ from derivation.paper.elimination import (
     vector,
 )
 from derivation.paper.meanings import integral
+from derivation.paper.reasons import UndecidedError
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError
 
 #: How often a shape counts as the mode and as the conjugate mode.
 MODES = {"Y": (1, 0), "Theta": (1, 0), "X0": (1, 1), "X2": (2, 0)}

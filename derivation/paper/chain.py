@@ -22,11 +22,11 @@ from derivation.paper.kinds import is_identity, order_of
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import STRAINS, VELOCITIES
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.reduction import reduced
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Prime, Relation, Sym, walk
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation
 from derivation.resonance import third_order
 from derivation.solvability import solvability

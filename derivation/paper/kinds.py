@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from derivation.paper.algebra import constant
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import FIELDS, LOADS, STRAINS, STRESSES, VELOCITIES
 from derivation.paper.notation import Notation
-from derivation.paper.syntax import Apply, Equation, Prime, Relation, Sym, Tuple, walk
+from derivation.paper.syntax import Apply, Equation, Num, Prime, Relation, Sym, Tuple, walk
 from derivation.paper.theory import Theory
 
 
@@ -83,9 +84,15 @@ def premise_of(low: Lowering) -> str:
             return "condition at an end of the rod"
         if names & set(LOADS):
             return "balance law"
-    if "delta" in names and "lambda" not in names:
-        return "the step of the centred difference"
     return ""
+
+
+def is_choice(low: Lowering) -> bool:
+    """The step of the difference quotient set equal to a number, which no theory prescribes."""
+    body = low.equation.body
+    if not isinstance(body, Relation) or not isinstance(body.right, Num):
+        return False
+    return low.names == {"delta", "force"} and low.value(body.left) == constant("step")
 
 
 def _is_number(node: object) -> bool:

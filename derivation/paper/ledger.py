@@ -12,14 +12,14 @@ from collections.abc import Iterable
 
 from derivation.paper.algebra import poly
 from derivation.paper.displays import complete
-from derivation.paper.kinds import grounds, premise_of
+from derivation.paper.kinds import grounds, is_choice, premise_of
 from derivation.paper.lower import Lowering
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.reduction import reduced, shortest
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Tuple
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 
 
 def ledger(equations: Iterable[Equation], notation: Notation, theory: Theory) -> list[Row]:
@@ -52,6 +52,8 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
         return Row(equation, "premise", "names quantities and states nothing about them", poly(0))
     low = Lowering(equation, notation, theory)
     try:
+        if is_choice(low):
+            return Row(equation, "premise", "the step of the difference quotient", poly(0))
         for p in low.differences():
             if left := reduced(low, p):
                 return Row(equation, "differs", "left minus right does not vanish", shortest(low, p, left))

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 from derivation.paper.algebra import Poly
 from derivation.paper.edits import Edit, errors
-from derivation.paper.kinds import order_of
+from derivation.paper.kinds import is_choice, order_of
 from derivation.paper.ledger import ledger
 from derivation.paper.lower import Lowering
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Tuple
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ def mutants(equations: Iterable[Equation], notation: Notation, theory: Theory) -
         displays.setdefault((e.label.rpartition(".")[0], e.line), []).append(e)
     for display in displays.values():
         for k, equation in enumerate(display):
-            if isinstance(equation.body, Tuple):
-                continue  # states nothing
+            if isinstance(equation.body, Tuple) or is_choice(Lowering(equation, notation, theory)):
+                continue  # states nothing that follows or not
             before = statement(equation, notation, theory)
             for edit in errors(equation, notation):
                 rows = ledger([*display[:k], edit.equation, *display[k + 1 :]], notation, theory)

@@ -21,7 +21,7 @@ from derivation.paper.meanings import (
     Meanings,
     normal_integrals,
 )
-from derivation.paper.values import UndecidedError
+from derivation.paper.reasons import UndecidedError
 
 
 class Theory(Meanings):
@@ -114,6 +114,7 @@ class Theory(Meanings):
             "mu": self.carried(straight.mu),
             "R_T": self.carried(amplitude.radial),
             "phase_T": self.carried(amplitude.phase),
+            "T": constant("epsilon") ** 2 * constant("t"),
             "sigma": slope,
             "omega_branch": constant("omega") + slope * delta * detuning,
             "A_tip": 2 * _root(self.saturated * delta * detuning),
@@ -154,7 +155,7 @@ class Theory(Meanings):
             if a.kind != "field" or (a.name, a.order) not in self.ansatz:
                 return None
             value = self.ansatz[a.name, a.order]
-            for variable, times in (("u", a.u), ("t", a.tau), ("T", a.slow)):
+            for variable, times in (("u", a.u), ("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
             return value if a.place is None else value.at(a.place)
@@ -187,12 +188,12 @@ class Theory(Meanings):
         value = None
         if a.place is not None and plain.replace(tau=0, slow=0) in self._ends:
             value = self._ends[plain.replace(tau=0, slow=0)]
-            for variable, times in (("t", a.tau), ("T", a.slow)):
+            for variable, times in (("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
         elif a.u >= 2 and (a.kind, a.name, a.order) in self._tops:
             value = self._tops[a.kind, a.name, a.order]
-            for variable, times in (("u", a.u - 2), ("t", a.tau), ("T", a.slow)):
+            for variable, times in (("u", a.u - 2), ("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
             value = value if a.place is None else value.at(a.place)

@@ -11,12 +11,12 @@ from derivation.paper.meanings import FIELDS
 from derivation.paper.notation import Notation
 from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.repair import Repair, repair
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Equation, Expr, Relation, Sym
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import formula, latex, tree
-from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation, derive
 
 

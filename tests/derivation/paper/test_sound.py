@@ -1,0 +1,154 @@
+"""Verified only if it follows, differs only if it does not; else the ledger says that it has no rule."""
+
+from __future__ import annotations
+
+import pytest
+
+from derivation.errors import ReadError
+from derivation.paper.ledger import ledger
+from derivation.paper.read import read
+
+LAMBDA = r"\frac{\mathrm{d}\lambda}{\mathrm{d}\tilde{\mathcal{F}}}"
+DETUNING = r"(\tilde{\mathcal{F}}-\tilde{\mathcal{F}}_c)"
+STEP = r"\delta\tilde{\mathcal{F}}"
+QUOTIENT = rf"\frac{{\lambda(\tilde{{\mathcal{{F}}}}_c+{STEP})-\lambda(\tilde{{\mathcal{{F}}}}_c)}}{{{STEP}}}"
+
+
+def decided(text, notation, theory):
+    """The row of a display that holds one equation."""
+    (row,) = ledger(read(rf"\[ {text} \]", notation).equations, notation, theory)
+    return row
+
+
+#: What was once taken for true, or for false, with what it is.
+CASES = [
+    # roots, quotients and integrals have derivatives
+    (r"\partial_u\sqrt{u} = 0", "differs"),
+    (r"\partial_u\sqrt{u} = \frac{1}{2\sqrt{u}}", "verified"),
+    (r"|\Theta|' = 0", "differs"),
+    (r"\partial_u\frac1{1+u} = 0", "differs"),
+    (r"\partial_u\frac1{1+u} = -\frac{1}{(1+u)^2}", "verified"),
+    (r"\partial_\tau|y^{(1)}| = 0", "differs"),
+    (r"\frac{\mathrm{d}}{\mathrm{d}T}|A| = 0", "differs"),
+    (r"\frac{\mathrm{d}}{\mathrm{d}T}\frac{1}{1+|A|^2} = 0", "differs"),
+    (r"\frac{\mathrm{d}}{\mathrm{d}R}\frac1{1+R} = 0", "differs"),
+    (r"\partial_\tau\int_0^1 \mathrm{d}u\, y^{(1)} = 0", "differs"),
+    (r"\partial_\tau\int_0^1 \mathrm{d}u\, y^{(1)} = \int_0^1 \mathrm{d}u\,\partial_\tau y^{(1)}", "verified"),
+    (r"\partial_t\int_0^L \mathrm{d}u\, y = 0", "not verified"),
+    (r"\partial_t \,\mathcal U = 0", "not verified"),
+    # what depends on u does not leave the integral
+    (r"\int_0^1 \mathrm{d}u\, e^u = e^u", "not decided"),
+    (r"\int_0^1 \mathrm{d}u\, |\Theta| = |\Theta|", "not decided"),
+    (r"\int_0^1 \mathrm{d}u\, \frac1{1+u} = \frac1{1+u}", "not decided"),
+    (r"\int_0^1 \mathrm{d}u\, Y = Y \quad \mathrm{at}\ u=1", "differs"),
+    # d lambda/dF is complex
+    (rf"\mathrm{{Im}}\left({LAMBDA}\right) = 0", "differs"),
+    (rf"\mathrm{{Re}}\left({LAMBDA}\right) = \beta", "differs"),
+    (rf"\mathrm{{Re}}\left({LAMBDA}\right) = \mathrm{{Re}}\,\beta", "verified"),
+    (r"\mathrm{Im}\,\lambda(\tilde{\mathcal{F}}) = \omega_c", "differs"),
+    (rf"\lambda(\tilde{{\mathcal{{F}}}})^* = -i\omega_c + \beta{DETUNING} + \cdots", "differs"),
+    (rf"\lambda(\tilde{{\mathcal{{F}}}})^* = -i\omega_c + \beta^*{DETUNING} + \cdots", "verified"),
+    # values at a place
+    (r"\left.Y\right|_{u=0} = Y", "differs"),
+    (r"\left.Y\right|_{u=0} = 0", "verified"),
+    (r"\left.\Theta\right|_{u=1} = \Theta", "differs"),
+    (r"\left.\Theta\right|_{u=1} = \Theta(1)", "verified"),
+    (r"\left.R^2\right|_{2R=4} = 16", "not decided"),
+    (r"\left.R^2\right|_{R^2=4} = 16", "not decided"),
+    (r"\left.\tilde{\mathcal{F}}\right|_{\tilde{\mathcal{F}}_c} = \tilde{\mathcal{F}}", "differs"),
+    (r"\left.\tilde{\mathcal{F}}\right|_{\tilde{\mathcal{F}}_c} = \tilde{\mathcal{F}}_c", "verified"),
+    (r"\left.Y\right|_{2=1} = 0", "not decided"),
+    (r"\left.Y\right|_{u\Delta=1} = 0", "not decided"),
+    # a number stands for an end of the rod only where u stands
+    (r"y^{(1)}(u,0) = 0", "not decided"),
+    (r"y(u,0) = 0", "not decided"),
+    (r"R(0) = R(1)", "not decided"),
+    (r"A^*(0) = A^*", "not decided"),
+    (r"A(0) = A(1)", "not decided"),
+    (r"x(L,0) = x(0,L)", "not decided"),
+    (r"y^{(1)}(u,1) = y^{(1)}(1,t)", "not decided"),
+    # sums have an upper limit
+    (r"\sum_{n=1}^{1} n = \sum_{n=1}^{2} n", "differs"),
+    (r"\sum_{n=1}^{2} n = 3", "verified"),
+    (r"\sum_{n=0}^\infty n = 6", "not decided"),
+    (r"\sum_{n=1}^1\epsilon^n x^{(n)} = \sum_{n=1}^\infty\epsilon^n x^{(n)}", "differs"),
+    (r"\sum_{n=1}^3\epsilon^n x^{(n)} = \sum_{n=1}^\infty\epsilon^n x^{(n)}", "differs"),
+    (r"\mathcal{A} = \sum_{n=0}^{1}\mathcal{A}^{(n)}\epsilon^n", "differs"),
+    (r"\mathcal{A} = \sum_{n=0}^{3}\mathcal{A}^{(n)}\epsilon^n", "differs"),
+    (r"\mathcal{A} = \sum_{n=0}^\infty\epsilon^n\mathcal{A}^{(n)}", "premise"),
+    # n.s.t. says something where there is time
+    (r"g_1 = 0 + \mathrm{n.s.t.}", "differs"),
+    (r"\Theta = Y + \mathrm{n.s.t.}", "differs"),
+    # the amplitude changes slowly
+    (r"\frac{\mathrm{d}A}{\mathrm{d}t} = 0", "differs"),
+    (r"\frac{\mathrm{d}A}{\mathrm{d}t} = \epsilon^2\frac{\mathrm{d}A}{\mathrm{d}T}", "verified"),
+    (r"\frac{\mathrm{d}A}{\mathrm{d}\tau} = 0", "verified"),
+    (r"\frac{\mathrm{d}R}{\mathrm{d}t} = 0", "differs"),
+    (r"\frac{\mathrm{d}^2R}{\mathrm{d}T^2} = 0", "differs"),
+    (r"\frac{\mathrm{d}}{\mathrm{d}R}\left(\frac{\mathrm{d}R}{\mathrm{d}T}\right) = 0", "differs"),
+    (r"\frac{\mathrm{d}}{\mathrm{d}R}\left(\frac{\mathrm{d}R}{\mathrm{d}T}\right) ="
+     r"\mathrm{Re}(\beta)\Delta + 3\,\mathrm{Re}(\alpha)R^2", "verified"),
+    (r"\frac{\mathrm{d}T}{\mathrm{d}t} = \epsilon^2", "verified"),
+    (r"\partial_T T = 0", "differs"),
+    (r"\partial_\tau T = 0", "verified"),
+    (r"\frac{\mathrm{d}y^{(1)}}{\mathrm{d}R} = 0", "not decided"),
+    # an integral ends at its differential, where that stands last
+    (r"2\int_0^1 Y\,\mathrm{d}u+1 = 2+2\int_0^1 Y\,\mathrm{d}u", "differs"),
+    (r"2\int_0^1 Y\,\mathrm{d}u+1 = 1+2\int_0^1 Y\,\mathrm{d}u", "verified"),
+    (r"\int_0^1 Y\,\mathrm{d}u+u = \int_0^1 Y\,\mathrm{d}u+\tfrac12", "differs"),
+    (r"\int_0^1 Y\,\mathrm{d}u\, Y = \int_0^1 Y^2\,\mathrm{d}u", "differs"),
+    (r"1-\int_0^1 Y+H\mathrm{d}u-\int_0^1\mathrm{d}u\,Y = 1-2\int_0^1 Y\,\mathrm{d}u-\int_0^1\mathrm{d}u\,H",
+     "verified"),
+    # numbers
+    (r"Y(1)+4 = .5", "differs"),
+    (r"Y(1) = .5+.5", "verified"),
+    # roots of what may be negative, operators, steps
+    (r"\mathrm{Im}\sqrt{-1} = 0", "not decided"),
+    (r"\mathrm{Im}\sqrt{2} = 0", "verified"),
+    (r"\mathrm{Im}|1+Y| = 0", "verified"),
+    (r"\partial_u(\partial_u) = 0", "not decided"),
+    (r"\mathcal L' = 0", "not decided"),
+    (rf"{LAMBDA} = \beta+{STEP}", "differs"),
+    (rf"{LAMBDA} \simeq {QUOTIENT}", "verified"),
+    (rf"{QUOTIENT} = \beta", "differs"),
+    (rf"{STEP} = 0.02", "premise"),
+    (r"\partial_u\mathcal A = 0", "differs"),
+    (r"\partial_\tau\mathcal A = 0", "not decided"),
+    (r"\mathrm{Im}\,\mathcal A = 0", "differs"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "status"), CASES)
+def test_an_equation_is_what_it_is(text, status, notation, theory):
+    found = decided(text, notation, theory).status
+    assert found in ("differs", "not decided") if status == "not verified" else found == status
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (r"Y(0) = 10\,000", "two numbers side by side"),
+        (r"\left.Y\right| = 0", r"without a place"),
+    ],
+)
+def test_what_cannot_be_read_is_no_equation(text, message, notation):
+    with pytest.raises(ReadError, match=message):
+        read(rf"\[ {text} \]", notation)
+
+
+SAID = [
+    ("The conditions at $u = 1$ are complemented by", r"\Theta''=i\omega_c\tilde\gamma_3\Theta", "differs"),
+    ("The conditions at $u = 1$ are complemented by", r"Y(0)=0", "verified"),
+    ("The conditions at $u = 1$ are complemented by", r"H=0", "verified"),
+    ("For every $u$; at $u = 1$ it is used later.", r"Y'=\nu\Theta", "differs"),
+    ("At the end, at $u = 1$, for every $Y$", r"Y'=\nu\Theta", "differs"),
+    ("at $u = 1$ we have", r"Y'=\nu\Theta", "verified"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "text", "status"), SAID)
+def test_a_place_that_only_a_sentence_gives(sentence, text, status, notation, theory):
+    (row,) = ledger(read(rf"{sentence} \[ {text} \]", notation).equations, notation, theory)
+    assert row.status in ((status, "premise") if status == "verified" else (status,))
+    if r"(0)" in text:
+        assert "u = 1" not in row.reason

@@ -8,7 +8,7 @@ from derivation.paper.kinds import grouped, stage_of
 from derivation.paper.ledger import ledger
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import FIELDS
-from derivation.paper.notation import Notation
+from derivation.paper.notation import Notation, require_known
 from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
 from derivation.paper.reasons import UndecidedError, UnfitError
@@ -65,10 +65,13 @@ def verify(
     ``only``: the label of an equation or of a display; the others are read but not reported.
 
     Raises:
-        ReadError: the text cannot be read; with the line and what was expected.
+        ReadError: the text cannot be read, with the line and what was expected; the notation has a letter for
+            what is no quantity.
     """
     paper = read(text, notation)
     theory = Theory(derive() if derivation is None else derivation)
+    law = theory.d.law
+    require_known(notation, (*law.parameters[5:], *law.constants), theory.d.model.name)
     wanted = [e for e in paper.equations if only is None or only in (e.label, display_of(e))]
     whole = {display_of(e) for e in wanted}  # conditions are judged beside those they stand with
     rows = ledger([e for e in paper.equations if display_of(e) in whole], notation, theory)

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+
 import pytest
 
 from derivation.errors import ReadError
 from derivation.paper.ledger import ledger
+from derivation.paper.notation import load, require_known
+from derivation.paper.numbers import _exact
 from derivation.paper.read import read
+from derivation.paper.scan import Cell, scan
+from derivation.paper.verify import verify
 
 LAMBDA = r"\frac{\mathrm{d}\lambda}{\mathrm{d}\tilde{\mathcal{F}}}"
 DETUNING = r"(\tilde{\mathcal{F}}-\tilde{\mathcal{F}}_c)"
@@ -33,7 +40,7 @@ CASES = [
     (r"\frac{\mathrm{d}}{\mathrm{d}T}\frac{1}{1+|A|^2} = 0", "differs"),
     (r"\frac{\mathrm{d}}{\mathrm{d}R}\frac1{1+R} = 0", "differs"),
     (r"\partial_\tau\int_0^1 \mathrm{d}u\, y^{(1)} = 0", "differs"),
-    (r"\partial_\tau\int_0^1 \mathrm{d}u\, y^{(1)} = \int_0^1 \mathrm{d}u\,\partial_\tau y^{(1)}", "verified"),
+    (r"\partial_\tau\int_0^1\mathrm{d}u\,y^{(1)} = \int_0^1 \mathrm{d}u\,\partial_\tau y^{(1)}", "verified"),
     (r"\partial_t\int_0^L \mathrm{d}u\, y = 0", "not verified"),
     (r"\partial_t \,\mathcal U = 0", "not verified"),
     # what depends on u does not leave the integral
@@ -152,3 +159,86 @@ def test_a_place_that_only_a_sentence_gives(sentence, text, status, notation, th
     assert row.status in ((status, "premise") if status == "verified" else (status,))
     if r"(0)" in text:
         assert "u = 1" not in row.reason
+
+
+LETTERS = "abcdghjklpqr"
+
+BOUNDED = [
+    (r"|Y|^{1000000} = 0", "a power above 12"),
+    (r"\Gamma^{100000000} = 0", "a power above 12"),
+    (r"\left|1+Y\right|^{400} = 0", "a power above 12"),
+    (r"\left(\left(Y+\Theta+X_0+X_2\right)^{12}\right)^{12} = 0", "not multiplied out"),
+    (r"g_1^{12} = 0", "not multiplied out"),
+    (r"\sum_{n=-10000000}^\infty n = 6", "limits are not small"),
+    (r"\sum_{n=1}^{10000000} n = 6", "limits are not small"),
+    (" ".join(rf"x^{{({c})}}" for c in LETTERS) + " = 0", "12 letters for orders"),
+]
+
+
+@pytest.mark.parametrize(("text", "reason"), BOUNDED)
+def test_what_is_too_large_is_not_begun(text, reason, notation, theory):
+    row = decided(text, notation, theory)
+    assert (row.status, reason in row.reason) == ("not decided", True)
+
+
+def test_a_number_in_a_cell_is_bounded():
+    nested = "2"
+    for _ in range(6):
+        nested = f"{{{nested}}}^{{60}}"
+    with pytest.raises(ReadError, match="expected a number"):
+        _exact(Cell(f"${nested}$", 1))
+    assert _exact(Cell(r"$2\times 10^{60}$", 1)) == 2 * 10**60
+
+
+@pytest.mark.parametrize("name", ["tabular", "comment"])
+def test_what_is_never_closed_is_looked_for_once(name):
+    begin = time.process_time()
+    scan(rf"\begin{{{name}}}{{c}}" * 20_000)
+    assert time.process_time() - begin < 5  # 40 s and more, if the end is looked for at each begin
+
+
+def test_environments_that_are_not_mathematics_are_left_out():
+    text = "a\n\\begin{verbatim}\n$x$ \\begin{comment}\n\\end{verbatim}\n$y$\\begin{comment}$z$\\end{comment} $w$"
+    assert [(f.text, f.line) for f in scan(text).inline] == [("y", 5), ("w", 5)]
+
+
+@pytest.mark.parametrize(
+    ("text", "status", "reason"),
+    [
+        (r"h_1^{(4)} = 0", "not decided", "order 4"),
+        (r"\sum_{n=-1}^{1} h_1^{(n)} = 0", "not decided", "order -1"),
+        (r"\xi_\alpha = \begin{bmatrix}x^{(1)}\\y^{(1)}\\\theta^{(1)}\end{bmatrix}", "verified", ""),
+        (r"\xi_\alpha = \begin{bmatrix}x^{(1)}&y^{(1)}&\theta^{(1)}\end{bmatrix}", "differs", "fit the"),
+        (r"\boldsymbol{e}_1\cdot\xi = 0", "differs", "different length"),
+        (r"\mathcal{L}\cdot\xi = i\omega_c\xi", "verified", ""),
+    ],
+)  # fmt: skip
+def test_arrays_and_orders_that_do_not_fit(text, status, reason, notation, theory):
+    row = decided(text, notation, theory)
+    assert (row.status, reason in row.reason) == (status, True)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"symbols = 3\n", r"'symbols' must be a section"),
+        (b"functions = 3\n", r"'functions' must be a section"),
+        (b"[inline]\nquantities = 3\n", "line 2: .*must list names"),
+        (b"\xff\xfe", "UTF-8"),
+        (b"a = " + b"[" * 5000, "nested too deeply"),
+    ],
+)
+def test_a_notation_of_another_kind_is_refused(content, message, tmp_path):
+    file = tmp_path / "letters.toml"
+    file.write_bytes(content)
+    with pytest.raises(ReadError, match=message):
+        load(file)
+
+
+def test_a_letter_for_nothing_known_is_refused(notation, theory):
+    other = replace(notation, symbols={**notation.symbols, "z": "omga_c"})
+    with pytest.raises(ReadError, match="'z' stands for 'omga_c'.*nearest name is 'omega_c'"):
+        verify(r"\[ Y = z \]", other, theory.d)
+    require_known(replace(notation, symbols={"z": "chi"}), ("chi",), "another rod")
+    with pytest.raises(ReadError, match="parameter 'sigma' of another rod has the name of a quantity"):
+        require_known(notation, ("chi", "sigma"), "another rod")

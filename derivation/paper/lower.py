@@ -191,7 +191,7 @@ class Lowering(Letters):
         left, right = self.value(n.left), self.value(n.right)
         if isinstance(left, Poly) or isinstance(right, Poly):
             return times(left, right)
-        if len(left[0]) == len(right):  # a matrix times a vector
+        if len(left[0]) > 1:  # a matrix times a vector
             return times(left, right)
         if len(left) != len(right) or len(left[0]) != len(right[0]):
             raise UnfitError("a scalar product of vectors of different length")

@@ -2,7 +2,7 @@
 
 An edit is *equivalent* when it leaves the statement as it was: modulo the conditions of lower orders, the new
 left minus right is a constant times the old one or its conjugate. All others change the meaning and must be
-reported on the edited row and on no other.
+reported on the edited row and on no other: it differs, or holds with a remark.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def mutants(equations: Iterable[Equation], notation: Notation, theory: Theory) -
             for edit in errors(equation, notation):
                 rows = ledger([*display[:k], edit.equation, *display[k + 1 :]], notation, theory)
                 others = [r for j, r in enumerate(rows) if j != k and r.status == "differs"]
-                if rows[k].status == "differs" and not others:
+                seen = rows[k].status == "differs" or rows[k].remark
+                if seen and not others:
                     outcome = "reported"
                 elif not others and same(before, statement(edit.equation, notation, theory)):
                     outcome = "equivalent"

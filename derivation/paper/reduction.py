@@ -10,6 +10,7 @@ from derivation.paper.algebra import (
     constant,
     exp,
     harmonic,
+    poly,
 )
 from derivation.paper.byparts import by_parts
 from derivation.paper.kinds import is_identity, order_of, states_solution
@@ -35,9 +36,13 @@ def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Po
     if is_identity(low):
         return theory.canonical(p, keep=keep)
     if _has(p, "exact"):
-        p = theory.by_exact_laws(p)
+        p = theory.canonical(theory.by_exact_laws(p), keep=keep)
+        if p and not _has(p, "integral") and not theory.in_fields(p):
+            return poly(0)
     n = order_of(low)
-    waves = _has(p, "shape") or _has(p, "amplitude") or states_solution(low) or low.leading
+    integrals = _has(p, "integral") and _has(p, "field")
+    waves = integrals or _has(p, "shape") or _has(p, "amplitude") or states_solution(low) or low.leading
+    waves = waves or "omega_c" in low.names  # its frequency
 
     def known(p: Poly) -> Poly:
         return theory.insert_waves(p) if waves else theory.vanishing(p, n)
@@ -49,7 +54,11 @@ def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Po
     if low.names & {"alpha", "beta"} or any(a.kind == "integral" for a in p.atoms):
         p = theory.slow_equation(p)
     p = _eigenvalue(low, p)
-    p = _unsaid(low, theory.canonical(p, keep=keep))
+    p = theory.canonical(p, keep=keep)
+    if low.names & {"sigma", "omega"} and "R" not in low.names:  # on the branch
+        radius, branch = Atom("constant", "R"), constant("R_star")
+        p = theory.canonical(p.map(lambda a: branch if a == radius else None), keep=keep)
+    p = _unsaid(low, p)
     return _coefficients(low, p)
 
 

@@ -184,6 +184,8 @@ def prefixes(items: list[Any]) -> list[Any]:
         elif isinstance(item, Fn):
             if not out or isinstance(out[0], Token):
                 raise ValueError(f"{item.name} without an argument")
+            if len(out) > 1 and isinstance(out[0], Num) and not isinstance(out[1], Token):
+                raise ValueError(f"{item.name} of a number and more; brackets tell what it is of")
             out.insert(0, called(item, out.pop(0)))
         else:
             out.insert(0, item)

@@ -16,7 +16,8 @@ from derivation.adjoint import adjoint_problem
 from derivation.corrections import second_order
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
-from derivation.paper.algebra import Atom, Poly, atom, constant, harmonic, poly
+from derivation.paper.algebra import Atom, Poly, atom, constant, depends_on_u, harmonic, poly
+from derivation.paper.byparts import ADJOINT
 from derivation.paper.carry import from_ring
 from derivation.paper.kinds import is_identity, order_of
 from derivation.paper.lower import Lowering
@@ -86,16 +87,33 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
     if low.names & AMPLITUDE and not low.names & {"g1", "g2", "g3", "g4"}:
         return "alpha and beta do not depend on it; what is predicted from them does"
     try:
-        if is_identity(low):
-            return _other_kinematics(low, body, theory)
-        return (
-            _replaced(low, body, theory)
-            or "it changes the linear problem or the rod itself, and so the thresholds"
-        )
+        found = _other_kinematics(low, body, theory) if is_identity(low) else _replaced(low, body, theory)
     except (UndecidedError, UnfitError):
         return "the equation has no meaning to compute with"
     except (ArithmeticError, KeyError) as breaks:
         return f"the derivation breaks down with it: {breaks}"
+    if isinstance(found, Chain) and not _is_computable(found, theory):
+        return "the equation has no meaning to compute with"
+    return found or "it changes the linear problem or the rod itself, and so the thresholds"
+
+
+def _is_computable(chain: Chain, theory: Theory) -> bool:
+    """Whether each link holds parameters of the rod, u, and shapes that are known before it."""
+    parameters = {*theory.d.law.parameters, "omega", "nu", "mu", "u"}
+    first = parameters | {"Y", "Theta", "H"}
+    second = first | {"X0", "X2"}
+    third = second | {"P0", "P2", *ADJOINT}
+    numbers = ((chain.drag, first), (chain.slope, first), (chain.boundary, third), (chain.whole, third))
+    functions = ((chain.forcing, first), (chain.tension, second), (chain.g, third))
+
+    def known(p: Poly, names: set[str]) -> bool:
+        return all(a.kind in ("sqrt", "inverse", "integral") or a.name in names for a in p.atoms)
+
+    return all(
+        known(p, names) and not any(depends_on_u(a) for m in p.terms for a, _ in m)
+        for table, names in numbers
+        for p in table.values()
+    ) and all(known(p, names) for table, names in functions for p in table.values())
 
 
 def _replaced(low: Lowering, body: Relation, theory: Theory) -> Chain | None:

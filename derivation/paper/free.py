@@ -62,9 +62,10 @@ def _is_generic(a: Atom) -> bool:
 
 
 def _is_initial(a: Atom) -> bool:
-    """What may be chosen at one moment: positions and angle along the rod, and at its ends in part."""
+    """What may be chosen at one moment: x, y, theta along the rod, their slopes at the clamp, their speeds at
+    the tip, where the strains follow from the load."""
     if a.name.startswith("any"):
         return True
-    if a.tau or a.name not in (*FIELDS, "cos", "sin"):
+    if a.name not in (*FIELDS, "cos", "sin"):
         return False
-    return a.place is None or a.u <= (1 if a.place == 0 else 0)
+    return {None: not a.tau, 0: a.u <= 1 and not a.tau, 1: not a.u and a.tau <= 1}[a.place]

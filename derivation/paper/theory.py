@@ -175,14 +175,15 @@ class Theory(Meanings):
 
     def in_fields(self, p: Poly) -> Poly:
         """Exact quantities in x, y, theta and their derivatives along u: the strains by the kinematics,
-        derivatives along t by the balance laws, where the drag is linear in each velocity alone."""
+        derivatives along t, but for those at the ends, by the balance laws, where the drag is linear in each
+        velocity alone."""
 
         def image(a: Atom) -> Poly | None:
             if a.kind != "exact":
                 return None
             if a.name in (*STRAINS, *VELOCITIES):
                 return _along(self.kinematics(a.name), a, a.tau)
-            if a.name in FIELDS and a.tau and self._rates:
+            if a.name in FIELDS and a.tau and a.place is None and self._rates:
                 return _along(self._rates[a.name], a, a.tau - 1)
             return None
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from derivation.errors import ReadError
+from derivation.paper.chain import changed
 from derivation.paper.ledger import ledger
 from derivation.paper.notation import load, require_known
 from derivation.paper.numbers import _exact
@@ -314,3 +315,22 @@ def test_no_repair_says_that_a_letter_is_itself(text, notation, theory):
     row = decided(text, notation, theory)
     assert row.status == "differs"
     assert repair(row, notation, theory) is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"g_4 = y^{(1)}",
+        r"g_1 = \Psi_Y + \mathcal{A}",
+        r"P_2 = \int_0^1 \mathrm{d}u\, h_1",
+        r"X_0'(1) = x(L, t)",
+        r"X_0'(1) = \Theta",
+        r"b_1^{(2)} = \frac{1}{1+\Theta}",
+        r"f_1^{(2)} = \frac{\mathrm{d}A}{\mathrm{d}T} A Y e^{2i\omega_c\tau} + \mathrm{c.c.}",
+    ],
+)
+def test_an_effect_is_computed_of_what_has_numbers_alone(text, notation, theory):
+    row = decided(text, notation, theory)
+    assert (row.status, changed(row, notation, theory)) == (
+        "differs", "the equation has no meaning to compute with"
+    )  # fmt: skip

@@ -24,6 +24,9 @@ def is_decisive(theory: Theory, p: Poly) -> bool:
         return False
     if any(a.kind == "exp" and any(b.name == "theta" for b in a.arg.atoms) for a in p.atoms):
         return False  # the sine and cosine of theta are letters of their own
+    exact = {a for a in p.atoms if a.kind == "exact" and not a.name.startswith("any")}
+    if exact and any(a.kind == "field" for a in p.atoms):
+        return False  # a quantity and its expansion
     if any(a.kind == "exact" for m in p.terms for a, _ in m):
         p = theory.in_fields(p)
     return bool(p) and all(map(_is_free, p.terms))

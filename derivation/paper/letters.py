@@ -103,8 +103,16 @@ class Letters:
 
     @cached_property
     def place(self) -> int | None:
-        where = self.equation.place or (self.equation.said if self._is_condition else None)
-        return None if where is None else self.end(where.right)
+        if self.where is None:
+            return None
+        if not (isinstance(self.where.left, Sym) and self.quantity_of(self.where.left)[0] == "u"):
+            raise UndecidedError("a place that is not one along the rod")
+        return self.end(self.where.right)
+
+    @property
+    def where(self) -> Relation | None:
+        """The place that the equation gives, or the sentence before it for a condition."""
+        return self.equation.place or (self.equation.said if self._is_condition else None)
 
     @property
     def _is_condition(self) -> bool:

@@ -7,7 +7,7 @@ up by a label: the same tree means the same wherever it stands.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 from derivation.paper.algebra import (
@@ -217,6 +217,8 @@ class Lowering(Letters):
         return base**m
 
     def _prime(self, n: Prime) -> Value:
+        if isinstance(n.arg, Apply):  # the slope there, not that of a number
+            return self.value(replace(n.arg, fn=replace(n, arg=n.arg.fn)))
         return derived(self.value(n.arg), "u", n.n)
 
     def _conj(self, n: Conj) -> Value:
@@ -261,6 +263,8 @@ class Lowering(Letters):
             return atom(Atom("operator", variable)) ** n.n * scale
         if variable in ("force", "force_c"):
             return self._by_force(n)
+        if variable == "u" and isinstance(n.arg, Apply):  # the slope there, not that of a number
+            return self.value(replace(n.arg, fn=replace(n, arg=n.arg.fn)))
         value = self.value(n.arg)
         if variable not in (*COORDINATES, "R"):
             raise UndecidedError("a derivative along something that is not a coordinate")
@@ -312,8 +316,10 @@ class Lowering(Letters):
 
     def _apply(self, n: Apply) -> Value:
         head = n.fn
-        while isinstance(head, (Prime, Conj, Dagger, Abs, Power)):
-            head = head.base if isinstance(head, Power) else head.arg
+        while isinstance(head, (Prime, Diff, Conj, Dagger, Abs, Power)):
+            inner = head.base if isinstance(head, Power) else head.arg
+            assert inner is not None  # a derivative has its operand where it is applied
+            head = inner
         if isinstance(head, Sym) and self.quantity_of(head)[0] == "lambda":
             return self._eigenvalue(n.args)
         value = self.value(n.fn)

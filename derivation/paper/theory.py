@@ -132,8 +132,8 @@ class Theory(Meanings):
         """Modulo the balance laws (eq:dynamicsfull), the rod's conditions at its ends and its stress law."""
 
         def law(a: Atom) -> Poly | None:
-            if a.name in FIELDS and a == Atom("exact", a.name, tau=a.tau, place=0):
-                return poly(0)
+            if a.kind == "exact" and a.place == 0 and a.name in _CLAMPED and not a.u:
+                return poly(0 if a.tau else _CLAMPED[a.name])
             if a.name in STRESSES:
                 k = STRESSES.index(a.name)
                 if a == Atom("exact", a.name, u=1):
@@ -183,6 +183,8 @@ class Theory(Meanings):
                 return None
             if a.name in (*STRAINS, *VELOCITIES):
                 return _along(self.kinematics(a.name), a, a.tau)
+            if a.place == 0 and a.name in _CLAMPED and not a.u:
+                return poly(0 if a.tau else _CLAMPED[a.name])
             if a.name in FIELDS and a.tau and a.place is None and self._rates:
                 return _along(self._rates[a.name], a, a.tau - 1)
             return None
@@ -301,6 +303,8 @@ class Theory(Meanings):
         )
 
 
+#: Values at the clamp, at all times.
+_CLAMPED = {"x": 0, "y": 0, "theta": 0, "cos": 1, "sin": 0}
 _MODE = {"y": "Y", "theta": "Theta"}
 
 

@@ -93,7 +93,7 @@ def _finding(row: Row, notation: Notation, theory: Theory) -> Finding:
         grouped(row.equation, notation, theory),
         formula(row.difference, notation) if row.difference else row.reason if wrong else "",
         repair(row, notation, theory) if wrong else None,
-        read_back(row.equation),
+        read_back(row.equation, Lowering(row.equation, notation, theory).where),
         derived_form(row.equation, notation, theory),
         stage_of(row.equation, notation, theory),
     )
@@ -119,8 +119,7 @@ def derived_form(equation: Equation, notation: Notation, theory: Theory) -> Expr
     return None if value.is_atom else tree(value, notation)
 
 
-def read_back(equation: Equation) -> str:
+def read_back(equation: Equation, place: Relation | None) -> str:
     """What was read of an equation, typeset again, with the place where it holds."""
-    place = equation.place or equation.said
     at = rf" \quad \mathrm{{at}}\ {latex(place)}" if place is not None else ""
     return latex(equation.body) + at

@@ -175,6 +175,19 @@ TRUE = [
     (r"\cos(2\theta) = 1 - 2\sin^2\theta", "verified"),
     (r"\cos(2\theta) = 1 - \sin^2\theta", "differs"),
     (r"\boldsymbol{e}_1(L)\cdot\boldsymbol{e}_1(L) = 1", "verified"),
+    # a derivative at an end is not that of a number
+    (r"\partial_u\theta(0,t) = 0", "differs"),
+    (r"\partial_u^2\theta(0,t) = 0", "not decided"),
+    (r"\partial_u y^{(1)}(1,t) = 0", "differs"),
+    (r"\partial_u y^{(1)}(1,t) = \nu\theta^{(1)}(1,t)", "verified"),
+    (r"\Theta(1)' = 0", "verified"),
+    (r"\Theta(0)' = 0", "differs"),
+    (r"v_1(0,t) = 0", "verified"),
+    (r"v_1(L,t) = 0", "differs"),
+    # a quantity and its expansion are not compared
+    (r"x = \sum_{n=0}^\infty\epsilon^n x^{(n)}", "not decided"),
+    (r"y(1,t) \simeq \epsilon y^{(1)}(1,t)", "not decided"),
+    (r"y^{(1)} = 0 \quad \mathrm{at}\ t = 0", "not decided"),
     # what no rule defines is no premise
     (r"H' = Y'' - \nu\Theta'", "verified"),
     (r"H = 0 \quad \mathrm{at}\ u = 1", "verified"),

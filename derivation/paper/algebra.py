@@ -13,6 +13,8 @@ from typing import Any, ClassVar, Literal, Union
 
 from sympy import QQ_I
 
+from derivation.paper.reasons import UndecidedError
+
 Kind = Literal[
     "constant", "field", "shape", "exact", "amplitude", "operator", "exp", "sqrt", "integral", "inverse"
 ]
@@ -24,7 +26,8 @@ class Atom:
     ``constant``: parameters, u and t; complex ones have a ``bar``. ``field``: x, y, theta of an order, with
     its derivatives. ``shape``: a function of u in the ansatz. ``exact``: a quantity before expansion.
     ``amplitude``: A(T). ``operator``: a derivative without operand. The rest hold a polynomial, ``arg``.
-    ``place``: 0 or 1 for the value there, None at a general u.
+    ``place``: 0 or 1 for the value there, None at a general u. The square root that is an absolute value
+    has the name "abs".
     """
 
     __slots__ = ("arg", "bar", "kind", "name", "order", "place", "slow", "tau", "u")
@@ -63,7 +66,11 @@ class Atom:
 _FIELDS = ("kind", "name", "order", "u", "tau", "slow", "bar", "place", "arg")
 Monomial = frozenset[tuple[Atom, int]]
 ONE: Monomial = frozenset()
-COMPLEX = {"alpha", "beta", "lambda"}  # constants that are not real
+COMPLEX = {"alpha", "beta", "lambda", "lambda_F", "lambda_FF", "lambda_FFF"}  # constants that are not real
+#: Constants that are positive in every rod.
+POSITIVE = {"k1", "k2", "k3", "gamma1", "gamma2", "gamma3", "L", "epsilon", "R", "R_star"}
+#: Products of two terms that are still multiplied out.
+MOST_PRODUCTS = 200_000
 Number = Union[int, "Poly"]
 
 
@@ -116,6 +123,10 @@ class Poly:
 
     def __mul__(self, other: Number) -> Poly:
         right = poly(other).terms.items()
+        if len(self.terms) * len(right) > MOST_PRODUCTS:
+            raise UndecidedError(
+                f"a product of {len(self.terms)} and {len(right)} terms is not multiplied out"
+            )
         return Poly.of((_times(m, n), c * d) for m, c in self.terms.items() for n, d in right)
 
     __rmul__ = __mul__
@@ -152,11 +163,14 @@ class Poly:
         found = {a for m in self.terms for a, _ in m}
         return found.union(*(a.arg.atoms for a in found if isinstance(a.arg, Poly)))
 
-    def map(self, image: Callable[[Atom], Poly | None]) -> Poly:
-        """Atoms replaced by polynomials, simultaneously; None keeps an atom. Arguments are mapped first."""
+    def map(self, image: Callable[[Atom], Poly | None], *, integrands: bool = True) -> Poly:
+        """Atoms replaced by polynomials, simultaneously; None keeps an atom. Arguments are mapped first.
+
+        ``integrands``: whether those under an integral are mapped too.
+        """
         images: dict[Atom, Poly] = {}
         for a in {a for m in self.terms for a, _ in m}:
-            value = _image(a, image)
+            value = _image(a, image, integrands)
             if value is not None:
                 images[a] = value
         return self.replaced(images)
@@ -209,9 +223,9 @@ class Poly:
         def value(a: Atom) -> Poly | None:
             if a == U:
                 return poly(place)
-            return atom(a.replace(place=place)) if _depends_on_u(a) else None
+            return atom(a.replace(place=place)) if _is_function(a) else None
 
-        return self.map(value)
+        return self.map(value, integrands=False)
 
     def keep(self, wanted: Callable[[Monomial], bool]) -> Poly:
         """The terms whose monomial is wanted."""
@@ -301,11 +315,11 @@ def normal(items: Iterable[tuple[Atom, int]]) -> Monomial:
     return frozenset(kept)
 
 
-def _image(a: Atom, image: Callable[[Atom], Poly | None]) -> Poly | None:
+def _image(a: Atom, image: Callable[[Atom], Poly | None], integrands: bool) -> Poly | None:
     """What an atom is mapped to, its argument first; None when nothing changes."""
-    if not isinstance(a.arg, Poly):
+    if not isinstance(a.arg, Poly) or (a.kind == "integral" and not integrands):
         return image(a)
-    arg = a.arg.map(image)
+    arg = a.arg.map(image, integrands=integrands)
     new = a if arg is a.arg else a.replace(arg=arg)
     value = image(new)
     return _rebuilt(new) if value is None and new is not a else value
@@ -322,11 +336,33 @@ def _rebuilt(a: Atom) -> Poly:
 
 
 def _bar(a: Atom) -> Poly | None:
-    if a.kind in ("shape", "amplitude") or (a.kind == "constant" and a.name in COMPLEX):
+    generic = a.kind == "exact" and a.name.startswith("any")  # stands for a complex quantity too
+    if generic or a.kind in ("shape", "amplitude") or (a.kind == "constant" and a.name in COMPLEX):
         return atom(a.replace(bar=not a.bar))
+    if a.kind == "sqrt":
+        if a.name == "abs" or is_positive(a.arg):
+            return atom(a)
+        raise UndecidedError("the conjugate of a root whose argument is not known to be positive")
     if isinstance(a.arg, Poly):
         return _rebuilt(a.replace(arg=_conjugated_coefficients(a.arg)))
     return None
+
+
+def is_positive(p: Poly) -> bool:
+    """A positive number times positive constants and products of a letter with its conjugate."""
+    if len(p.terms) != 1:
+        return False
+    ((m, c),) = p.terms.items()
+
+    def paired(a: Atom, e: int) -> bool:
+        if a.kind == "constant" and a.name in POSITIVE:
+            return True
+        barred = _bar(a)
+        if barred is None or barred == atom(a):
+            return e % 2 == 0 or a.kind == "exp"
+        return all((b, e) in m for n in barred.terms for b, _ in n)
+
+    return bool(not c.y and c.x > 0) and all(paired(a, e) for a, e in m)
 
 
 def _conjugated_coefficients(p: Poly) -> Poly:
@@ -334,31 +370,73 @@ def _conjugated_coefficients(p: Poly) -> Poly:
     return Poly({m: QQ_I(c.x, -c.y) for m, c in p.terms.items()})
 
 
-def _depends_on_u(a: Atom) -> bool:
+def _is_function(a: Atom) -> bool:
+    """A letter that depends on u."""
     return a.kind in ("field", "shape", "exact") and a.place is None
 
 
+def depends_on_u(a: Atom) -> bool:
+    """Whether an atom or something in its argument depends on u; an integral over the rod does not."""
+    if isinstance(a.arg, Poly):
+        return a.kind != "integral" and any(depends_on_u(b) for m in a.arg.terms for b, _ in m)
+    return a == U or _is_function(a)
+
+
 def _rate(a: Atom, variable: str) -> Poly | None:
-    """The derivative of an atom; None when it is constant."""
+    """The derivative of an atom; None when it is constant.
+
+    Raises:
+        UndecidedError: for what has no derivative here, such as an operator.
+    """
+    if a.kind == "operator":
+        raise UndecidedError("the derivative of an operator without its operand")
+    if isinstance(a.arg, Poly):
+        return _rate_of_argument(a, variable)
     if a.kind == "constant":
-        if a.name == variable or (a.name == "t" and variable == "tau"):
-            return poly(1)
-        return constant(f"{a.name}_T") if variable == "T" and a.name in ("R", "phase") else None
-    if a.kind == "exp":
-        rate: Poly = a.arg.derive(variable)
-        return atom(a) * rate
-    if a.kind == "amplitude":
-        return atom(a.replace(slow=a.slow + 1)) if variable == "T" else None
+        return _rate_of_constant(a, variable)
+    if a.kind == "amplitude" and variable in ("T", "t"):
+        return atom(a.replace(slow=a.slow + 1)) * _slow(variable)
     if a.kind == "field" and variable in ("tau", "t"):
         return atom(a.replace(tau=a.tau + 1))
     if a.kind == "field" and variable == "T":
         return atom(a.replace(slow=a.slow + 1))
+    if a.kind == "exact" and variable in ("tau", "T"):
+        raise UndecidedError("a derivative along one of the two times, of a quantity that is not expanded")
     if a.kind == "exact" and a.name in ("cos", "sin"):
         other = "sin" if a.name == "cos" else "cos"
         theta = _rate(Atom("exact", "theta", place=a.place), variable)
         return None if theta is None else theta * atom(a.replace(name=other)) * (-1 if other == "sin" else 1)
     if a.kind == "exact" and variable == "t":
         return atom(a.replace(tau=a.tau + 1))
-    if variable == "u" and _depends_on_u(a):
+    if variable == "u" and _is_function(a):
         return atom(a.replace(u=a.u + 1))
     return None
+
+
+def _slow(variable: str) -> Poly:
+    """dT/dT or dT/dt, T = epsilon^2 t."""
+    return poly(1) if variable == "T" else constant("epsilon") ** 2
+
+
+def _rate_of_constant(a: Atom, variable: str) -> Poly | None:
+    if a.name == variable or (a.name == "t" and variable == "tau"):
+        return poly(1)
+    if variable not in ("T", "t"):
+        return None
+    if a.name == "T":
+        return _slow(variable)
+    if a.name.endswith("_T"):
+        raise UndecidedError("a second derivative along the slow time")
+    return constant(f"{a.name}_T") * _slow(variable) if a.name in ("R", "phase") else None
+
+
+def _rate_of_argument(a: Atom, variable: str) -> Poly | None:
+    """d e^p = p' e^p, d sqrt p = p' / (2 sqrt p), d 1/p = -p' / p^2, d int p du = int p' du."""
+    rate: Poly = a.arg.derive(variable)
+    if not rate or (a.kind == "integral" and variable == "u"):
+        return None
+    if a.kind == "exp":
+        return atom(a) * rate
+    if a.kind == "sqrt":
+        return rate * rational(1, 2) * atom(a).inverse()
+    return -rate * atom(a) ** 2 if a.kind == "inverse" else atom(a.replace(arg=rate))

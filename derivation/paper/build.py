@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from lark import Token, Transformer
@@ -42,6 +43,7 @@ from derivation.paper.waiting import (
     Mark,
     Op,
     Paren,
+    Spill,
     called,
     leibniz,
     multiply,
@@ -72,13 +74,18 @@ class Builder(Transformer[Token, Any]):
             if isinstance(part, Token):
                 sign = str(part)
             else:
-                terms.append(part if sign == "+" else Neg(part))
+                part, after = (part.value, part.terms) if isinstance(part, Spill) else (part, ())
+                terms += [part if sign == "+" else Neg(part), *after]
                 sign = "+"
         return terms[0] if len(terms) == 1 else Sum(tuple(terms))
 
     def product(self, parts: list[Any]) -> Any:
         """Factors in a row to one node: values of functions, then prefixes, then quotients and dots."""
+        if isinstance(parts[-1], Spill):
+            return Spill(self.product([*parts[:-1], parts[-1].value]), parts[-1].terms)
         items = self._apply(parts)
+        if any(isinstance(a, Num) and isinstance(b, Num) for a, b in pairwise(items)):
+            raise ValueError("two numbers side by side; 10 000 is written 10000")
         place = next((k for k, f in enumerate(items) if isinstance(f, D)), None)
         if place is None:
             return multiply(prefixes(items))
@@ -174,18 +181,21 @@ class Builder(Transformer[Token, Any]):
     def differential(self, _: list[Any]) -> D:
         return D(1, partial=False)
 
-    def integral(self, parts: list[Any]) -> Int:
+    def integral(self, parts: list[Any]) -> Any:
         limits = dict(parts[1:-1])
-        arg, var = take_differential(parts[-1])
+        arg, var, factors, terms = take_differential(parts[-1])
         if not {"sub", "sup"} <= set(limits):
             raise ValueError(r"\int without its two limits")
-        return Int(arg, var, limits["sub"], limits["sup"])
+        whole = multiply([Int(arg, var, limits["sub"], limits["sup"]), *prefixes(list(factors))])
+        return Spill(whole, terms) if terms else whole
 
     def series(self, parts: list[Any]) -> Series:
         limits = dict(parts[1:-1])
         start = limits.get("sub")
         if not isinstance(start, Relation) or not isinstance(start.left, Sym) or "sup" not in limits:
             raise ValueError(r"\sum without its limits n=... and ...")
+        if isinstance(parts[-1], Spill):
+            raise ValueError(r"terms after an integral under \sum; put it in brackets")
         return Series(parts[-1], start.left, start.right, limits["sup"])
 
     def matrix(self, parts: list[Any]) -> Matrix:

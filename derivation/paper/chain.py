@@ -17,17 +17,18 @@ from derivation.corrections import second_order
 from derivation.errors import ModelError
 from derivation.harmonics import first_order
 from derivation.hierarchy import build_hierarchy
-from derivation.paper.algebra import Atom, Poly, atom, constant, harmonic, poly
+from derivation.paper.algebra import Atom, Poly, atom, constant, depends_on_u, harmonic, poly
+from derivation.paper.byparts import ADJOINT
 from derivation.paper.carry import from_ring
 from derivation.paper.kinds import is_identity, order_of
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import STRAINS, VELOCITIES
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.reduction import reduced
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Prime, Relation, Sym, walk
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation
 from derivation.resonance import third_order
 from derivation.solvability import solvability
@@ -87,18 +88,35 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
     if low.names & AMPLITUDE and not low.names & {"g1", "g2", "g3", "g4"}:
         return "alpha and beta do not depend on it; what is predicted from them does"
     try:
-        if is_identity(low):
-            return _other_kinematics(low, body, theory)
-        return (
-            _replaced(low, body, theory)
-            or "it changes the linear problem or the rod itself, and so the thresholds"
-        )
+        found = _other_kinematics(low, body, theory) if is_identity(low) else _replaced(low, body, theory)
     except (UndecidedError, UnfitError):
         return "the equation has no meaning to compute with"
     except ModelError as breaks:
         return f"the derivation breaks down with it: {breaks}"
     except (ArithmeticError, KeyError):
         return "the derivation breaks down with it"
+    if isinstance(found, Chain) and not _is_computable(found, theory):
+        return "the equation has no meaning to compute with"
+    return found or "it changes the linear problem or the rod itself, and so the thresholds"
+
+
+def _is_computable(chain: Chain, theory: Theory) -> bool:
+    """Whether each link holds parameters of the rod, u, and shapes that are known before it."""
+    parameters = {*theory.d.law.parameters, "omega", "nu", "mu", "u"}
+    first = parameters | {"Y", "Theta", "H"}
+    second = first | {"X0", "X2"}
+    third = second | {"P0", "P2", *ADJOINT}
+    numbers = ((chain.drag, first), (chain.slope, first), (chain.boundary, third), (chain.whole, third))
+    functions = ((chain.forcing, first), (chain.tension, second), (chain.g, third))
+
+    def known(p: Poly, names: set[str]) -> bool:
+        return all(a.kind in ("sqrt", "inverse", "integral") or a.name in names for a in p.atoms)
+
+    return all(
+        known(p, names) and not any(depends_on_u(a) for m in p.terms for a, _ in m)
+        for table, names in numbers
+        for p in table.values()
+    ) and all(known(p, names) for table, names in functions for p in table.values())
 
 
 def _replaced(low: Lowering, body: Relation, theory: Theory) -> Chain | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
 from derivation.paper.algebra import poly
 from derivation.paper.meanings import FIELDS, STRESSES
@@ -19,15 +20,17 @@ FAMILIES = (
 
 
 def complete(rows: list[Row], notation: Notation) -> Iterator[Row]:
-    """A list that says one thing twice leaves another out, and its conditions are of one order."""
+    """A list that says one thing twice leaves another out; a condition of another order is remarked on."""
     displays: dict[tuple[str, int], list[Row]] = {}
     for row in rows:
         displays.setdefault((row.equation.label.rpartition(".")[0], row.equation.line), []).append(row)
     for display in displays.values():
         for k, row in enumerate(display):
-            fault = _repeats(k, display, notation) or _of_other_order(row, display)
-            if fault and row.status in ("premise", "verified"):
+            holds = row.status in ("premise", "verified")
+            if holds and (fault := _repeats(k, display, notation)):
                 yield Row(row.equation, "differs", fault, poly(0))
+            elif holds and (remark := _of_other_order(row, display)):
+                yield replace(row, reason=f"{row.reason}; {remark}", remark=remark)
             else:
                 yield row
 

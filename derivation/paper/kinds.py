@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from derivation.paper.algebra import constant
+from derivation.paper.letters import SHAPES
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import FIELDS, LOADS, STRAINS, STRESSES, VELOCITIES
 from derivation.paper.notation import Notation
-from derivation.paper.syntax import Apply, Equation, Prime, Relation, Sym, Tuple, walk
+from derivation.paper.syntax import Apply, Equation, Num, Prime, Relation, Sym, Tuple, walk
 from derivation.paper.theory import Theory
 
 
@@ -15,6 +17,8 @@ def is_identity(low: Lowering) -> bool:
     if not (isinstance(body, Relation) and isinstance(body.left, Sym) and body.left.order):
         return False
     if low.names & set(STRESSES):  # a balance law whose drag coefficient is 1
+        return False
+    if low.names & {"A", "H", *SHAPES}:  # the wave of the ansatz
         return False
     return low.notation.quantity(body.left.name) in (*STRAINS, *VELOCITIES)
 
@@ -63,6 +67,10 @@ def premise_of(low: Lowering) -> str:
         return ""
     names = low.names
     head = body.left.fn if isinstance(body.left, Apply) else body.left
+    evaluated = isinstance(body.left, Apply) and any(
+        not isinstance(a, Sym) or low.notation.quantity(a.name) == "length" for a in body.left.args
+    )
+    bare = not isinstance(head, Prime) and low.place is None and not evaluated
     while isinstance(head, Prime):
         head = head.arg
     quantity = low.notation.quantity(head.name) if isinstance(head, Sym) else None
@@ -74,22 +82,24 @@ def premise_of(low: Lowering) -> str:
     if quantity in ("k1", "k2", "gamma1", "gamma3", "force"):
         return "" if low.equation.label.startswith("tab:") else "a dimensionless parameter"
     if quantity in FIELDS and ordered and isinstance(head, Sym) and head.order == "1" and low.place is None:
-        ends = isinstance(body.left, Apply) and any(_is_number(a) for a in body.left.args)
-        return "" if ends else "the ansatz"
-    if quantity in _STARTS and not ordered:
+        return "" if evaluated else "the ansatz"
+    defining = bare and all(s != head for s in walk(body.right)) and not isinstance(body.right, Num)
+    if quantity in _STARTS and not ordered and defining:
         return _STARTS[quantity]
     if not any(order for _, order in low.quantities):
         if quantity in (*FIELDS, *STRESSES) and isinstance(body.left, Apply) and "R_star" not in names:
             return "condition at an end of the rod"
         if names & set(LOADS):
             return "balance law"
-    if "delta" in names and "lambda" not in names:
-        return "the step of the centred difference"
     return ""
 
 
-def _is_number(node: object) -> bool:
-    return not isinstance(node, Sym)
+def is_choice(low: Lowering) -> bool:
+    """The step of the difference quotient set equal to a number, which no theory prescribes."""
+    body = low.equation.body
+    if not isinstance(body, Relation) or not isinstance(body.right, Num):
+        return False
+    return low.names == {"delta", "force"} and low.value(body.left) == constant("step")
 
 
 def grounds(low: Lowering) -> str:

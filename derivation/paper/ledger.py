@@ -2,7 +2,8 @@
 
 An equation is lowered to left minus right and reduced by what holds where it stands: kinematic expansions
 by nothing (they are identities for generic fields), an equation of order n by the solutions of lower orders
-and by the balance laws, a condition by those of its end. It holds iff nothing is left.
+and by the balance laws, a condition by those of its end. It holds if nothing is left. It differs if what is
+left is not zero in the free algebra (:mod:`derivation.paper.free`); else no rule decides it.
 """
 
 from __future__ import annotations
@@ -12,14 +13,15 @@ from collections.abc import Iterable
 
 from derivation.paper.algebra import poly
 from derivation.paper.displays import complete
-from derivation.paper.kinds import grounds, premise_of
+from derivation.paper.free import is_decisive
+from derivation.paper.kinds import grounds, is_choice, premise_of
 from derivation.paper.lower import Lowering
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.reduction import reduced, shortest
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Tuple
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 
 
 def ledger(equations: Iterable[Equation], notation: Notation, theory: Theory) -> list[Row]:
@@ -52,9 +54,18 @@ def decide(equation: Equation, notation: Notation, theory: Theory) -> Row:
         return Row(equation, "premise", "names quantities and states nothing about them", poly(0))
     low = Lowering(equation, notation, theory)
     try:
+        if is_choice(low):
+            return Row(equation, "premise", "the step of the difference quotient", poly(0))
+        open_ = False
         for p in low.differences():
             if left := reduced(low, p):
-                return Row(equation, "differs", "left minus right does not vanish", shortest(low, p, left))
+                if is_decisive(theory, left):
+                    return Row(
+                        equation, "differs", "left minus right does not vanish", shortest(low, p, left)
+                    )
+                open_ = True
+        if open_:
+            return Row(equation, "not decided", "no rule brings left minus right to zero", poly(0))
     except UndecidedError as why:
         return Row(equation, "not decided", str(why), poly(0))
     except (UnfitError, ZeroDivisionError) as why:

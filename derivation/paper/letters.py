@@ -13,23 +13,22 @@ from functools import cached_property
 from derivation.paper.algebra import Atom, I, Poly, atom, constant, exp, poly
 from derivation.paper.meanings import FIELDS, LOADS, ORDERS, STRAINS, STRESSES, VELOCITIES, integral
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.syntax import (
+    Apply,
+    At,
     Diff,
     Equation,
     Node,
     Num,
+    Prime,
     Relation,
     Sym,
-    Tuple,
+    children,
     walk,
 )  # fmt: skip
 from derivation.paper.theory import Theory
-from derivation.paper.values import (
-    Array,
-    UndecidedError,
-    UnfitError,
-    Value,
-)
+from derivation.paper.values import Array, Value
 
 #: Dimensions in (L, k3, gamma2): what a quantity is divided by when it is made dimensionless.
 UNITS: dict[str, tuple[int, int, int]] = {
@@ -104,13 +103,29 @@ class Letters:
 
     @cached_property
     def place(self) -> int | None:
-        where = self.equation.place or (self.equation.said if self._is_condition else None)
-        return None if where is None else self.end(where.right)
+        if self.where is None:
+            return None
+        if not (isinstance(self.where.left, Sym) and self.quantity_of(self.where.left)[0] == "u"):
+            raise UndecidedError("a place that is not one along the rod")
+        return self.end(self.where.right)
+
+    @property
+    def where(self) -> Relation | None:
+        """The place that the equation gives, or the sentence before it for a condition."""
+        return self.equation.place or (self.equation.said if self._is_condition else None)
 
     @property
     def _is_condition(self) -> bool:
-        """A place that the text alone gives counts where no letter is evaluated in the equation itself."""
-        return not isinstance(self.equation.body, Tuple)
+        """A place that the text alone gives counts for conditions: the left side is of no higher order than
+        one in u, and the equation itself evaluates no letter there."""
+        body = self.equation.body
+        if not isinstance(body, Relation):
+            return False
+        numbers = (
+            a for n in walk(body.left) if isinstance(n, Apply) for a in n.args if not isinstance(a, Sym)
+        )
+        evaluated = any(True for _ in numbers) or any(isinstance(n, At) for n in walk(body.left))
+        return not evaluated and max(map(derivatives, (body.left, body.right))) <= 1
 
     @cached_property
     def free(self) -> tuple[str, ...]:
@@ -172,11 +187,13 @@ class Letters:
         n = int(s.order) if s.order.isdigit() else self.indices.get(s.order)
         if n is None:
             raise UndecidedError(f"the order {s.order} is not bound")
+        if n not in (0, *ORDERS):
+            raise UndecidedError(f"order {n} of {s.name}: the theory has the orders 0 to {ORDERS[-1]}")
         hatted = s.order.isdigit()  # the general order n speaks of the variables as they are
         hats = ("x", "y_hat", "theta_hat") if n == 3 and hatted else FIELDS
         components = {"xi": hats, "forcing": ("f1", "f2", "f3")}.get(q, (q,))
         if q == "any":
-            return constant(f"any_{n}")
+            return atom(Atom("exact", f"any_{n}"))
         values = [self.theory.of_order(c, n, transformed=hatted) for c in components]
         found = tuple((v,) for v in values if v is not None)
         if len(found) < len(values):
@@ -251,14 +268,15 @@ class Letters:
             polar = self.names & {"R", "phase"}
             return constant("R") * exp(I * constant("phase")) if polar else atom(Atom("amplitude", "A"))
         if q == "any":
-            return sum((constant(f"any_{n}") * constant("epsilon") ** n for n in (0, *ORDERS)), poly(0))
+            known = (atom(Atom("exact", f"any_{n}")) * constant("epsilon") ** n for n in (0, *ORDERS))
+            return sum(known, beyond({"any", "epsilon"}))
         return {
             "force": self._force,
             "force_c": constant("force"),
             "omega_c": constant("omega"),
             "omega": constant("omega_branch"),
             "tau": constant("t"),
-            "T": constant("epsilon") ** 2 * constant("t"),
+            "T": constant("T"),
         }.get(q, constant(q) if q in (*law.parameters, *law.constants) else None)
 
     def _vector(self, q: str) -> tuple[Poly, ...] | Array | None:
@@ -293,3 +311,14 @@ class Letters:
             "e1_free": (one, zero),
             "e2_free": (zero, one),
         }.get(q)
+
+
+def derivatives(node: Node) -> int:
+    """How many derivatives stand on top of each other."""
+    own = node.n if isinstance(node, (Diff, Prime)) else 0
+    return own + max(map(derivatives, children(node)), default=0)
+
+
+def beyond(quantities: set[str]) -> Poly:
+    """What a power series of these quantities in epsilon holds beyond the orders of the theory."""
+    return constant(f"{', '.join(sorted(quantities))} beyond order {ORDERS[-1]}")

@@ -7,12 +7,23 @@ up by a label: the same tree means the same wherever it stands.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
-from derivation.paper.algebra import Atom, I, Poly, atom, constant, exp, poly, rational
-from derivation.paper.letters import COORDINATES, Letters
+from derivation.paper.algebra import (
+    Atom,
+    I,
+    Poly,
+    atom,
+    constant,
+    exp,
+    poly,
+    rational,
+)
+from derivation.paper.functions import modulus, root, turned
+from derivation.paper.letters import COORDINATES, Letters, beyond
 from derivation.paper.meanings import ORDERS, integral
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.syntax import (
     Abs,
     Apply,
@@ -41,8 +52,6 @@ from derivation.paper.syntax import (
     walk,
 )  # fmt: skip
 from derivation.paper.values import (
-    UndecidedError,
-    UnfitError,
     Value,
     add,
     alike,
@@ -53,6 +62,9 @@ from derivation.paper.values import (
     integer,
     times,
 )
+
+#: Powers, and the limits of sums, of at most so much are written out.
+MOST = 12
 
 
 @dataclass
@@ -65,6 +77,8 @@ class Lowering(Letters):
         if not isinstance(body, Relation):
             return
         letters = sorted({s.order for s in self._letters() if s.order.isalpha()} - self._bound())
+        if len(letters) > 3:
+            raise UndecidedError(f"{len(letters)} letters for orders: {', '.join(letters)}")
         for values in product(*([ORDERS] * len(letters) + [range(3)] * len(self.free))):
             self.indices = dict(zip((*letters, *self.free), values, strict=True))
             left, right = self.value(body.left), self.value(body.right)
@@ -174,6 +188,10 @@ class Lowering(Letters):
         left, right = self.value(n.left), self.value(n.right)
         if isinstance(left, Poly) or isinstance(right, Poly):
             return times(left, right)
+        if len(left[0]) > 1:  # a matrix times a vector
+            return times(left, right)
+        if len(left) != len(right) or len(left[0]) != len(right[0]):
+            raise UnfitError("a scalar product of vectors of different length")
         return sum((a[0] * b[0] for a, b in zip(left, right, strict=True)), poly(0))
 
     def _quot(self, n: Quot) -> Value:
@@ -183,6 +201,8 @@ class Lowering(Letters):
     def _power(self, n: Power) -> Value:
         exponent = self.scalar(n.exponent)
         m = integer(exponent)
+        if m is not None and abs(m) > MOST:
+            raise UndecidedError(f"a power above {MOST}")
         if isinstance(n.base, Abs):
             inner = self.scalar(n.base.arg)
             if m is not None and m % 2 == 0:
@@ -190,15 +210,15 @@ class Lowering(Letters):
         base = self.value(n.base)
         if m is None:
             if len(exponent.terms) == 1 and exponent * 2 == poly(1):
-                return atom(Atom("sqrt", arg=self.scalar(n.base)))
+                return root(self.scalar(n.base))
             raise UndecidedError("a power that is not an integer")
         if not isinstance(base, Poly):
             return diagonal_power(base, m)
-        if abs(m) > 12:
-            raise UndecidedError("a power above 12")
         return base**m
 
     def _prime(self, n: Prime) -> Value:
+        if isinstance(n.arg, Apply):  # the slope there, not that of a number
+            return self.value(replace(n.arg, fn=replace(n, arg=n.arg.fn)))
         return derived(self.value(n.arg), "u", n.n)
 
     def _conj(self, n: Conj) -> Value:
@@ -213,8 +233,7 @@ class Lowering(Letters):
         return tuple(tuple(value[j][i].conjugate() for j in range(len(value))) for i in range(len(value[0])))
 
     def _abs(self, n: Abs) -> Value:
-        inner = self.scalar(n.arg)
-        return atom(Atom("sqrt", arg=inner * inner.conjugate()))
+        return modulus(self.scalar(n.arg))
 
     def _func(self, n: Func) -> Value:
         if n.name == "diag":
@@ -231,10 +250,8 @@ class Lowering(Letters):
         if n.name == "exp":
             return exp(value)
         if n.name == "sqrt":
-            return atom(Atom("sqrt", arg=value))
-        if value == atom(Atom("exact", "theta")):
-            return atom(Atom("exact", n.name))
-        up, down = exp(I * value), exp(-I * value)
+            return root(value)
+        up, down = turned(value), turned(-value)
         return (up + down) * rational(1, 2) if n.name == "cos" else (up - down) * (I * 2).inverse()
 
     def _diff(self, n: Diff) -> Value:
@@ -246,14 +263,18 @@ class Lowering(Letters):
             return atom(Atom("operator", variable)) ** n.n * scale
         if variable in ("force", "force_c"):
             return self._by_force(n)
+        if variable == "u" and isinstance(n.arg, Apply):  # the slope there, not that of a number
+            return self.value(replace(n.arg, fn=replace(n, arg=n.arg.fn)))
         value = self.value(n.arg)
-        if variable == "R":
-            return derived(value, "R", n.n)
-        if variable == "t" and not self.is_exact:
-            variable = "tau"
-        if variable not in COORDINATES:
+        if variable not in (*COORDINATES, "R"):
             raise UndecidedError("a derivative along something that is not a coordinate")
-        return each(derived(value, variable, n.n), lambda p: p * scale)
+        if variable == "R" and any(_holds_amplitude(p) for p in alike(value, value)[0]):
+            raise UndecidedError("a derivative in R of a field")
+        for _ in range(n.n):
+            if variable in ("R", "t", "T"):  # dR/dT is a function of R
+                value = each(value, lambda p: self.theory.canonical(p, keep=frozenset({"T"})))
+            value = derived(value, variable, 1)
+        return each(value, lambda p: p * scale)
 
     def _by_force(self, n: Diff) -> Poly:
         if not (isinstance(n.arg, Sym) and self.quantity_of(n.arg)[0] == "lambda" and n.n == 1):
@@ -267,36 +288,61 @@ class Lowering(Letters):
         return integral(self.scalar(n.arg)) * (upper - lower) * self.scale("u")
 
     def _series(self, n: Series) -> Value:
+        """A finite sum, or a series in epsilon: its known orders, and what is beyond them."""
         letter, first = n.index.base, integer(self.scalar(n.lower))
-        if first is None:
-            raise UndecidedError("a sum that does not begin at a number")
+        endless = n.upper == Num(None)
+        last = max(ORDERS) if endless else integer(self.scalar(n.upper))
+        if first is None or last is None or first < -MOST or last > MOST:
+            raise UndecidedError("a sum whose limits are not small integers")
+        factors = n.arg.factors if isinstance(n.arg, Prod) else (n.arg,)
+        if endless and not any(self._counts(f, n.index) for f in factors):
+            if any(isinstance(s, Sym) and s.order == letter for s in walk(n.arg)):
+                raise UnfitError("a sum over orders without powers of epsilon")
+            raise UndecidedError("an infinite sum that is no series in epsilon")
         total: Value = poly(0)
-        for k in range(first, max(ORDERS) + 1):
+        for k in range(first, last + 1):
             self.indices[letter] = k
             total = add(total, self.value(n.arg))
+        if endless and isinstance(total, Poly):
+            names = {q for s in walk(n.arg) if isinstance(s, Sym) and (q := self.quantity_of(s)[0])}
+            total += beyond(names - {*COORDINATES})
         return total
+
+    def _counts(self, n: Node, index: Sym) -> bool:
+        """epsilon to the power of the index."""
+        if not (isinstance(n, Power) and isinstance(n.base, Sym) and n.exponent == index):
+            return False
+        return self.quantity_of(n.base)[0] == "epsilon"
 
     def _apply(self, n: Apply) -> Value:
         head = n.fn
-        while isinstance(head, (Prime, Conj, Dagger)):
-            head = head.arg
-        quantity = self.quantity_of(head)[0] if isinstance(head, Sym) else None
-        if quantity == "lambda":
+        while isinstance(head, (Prime, Diff, Conj, Dagger, Abs, Power)):
+            inner = head.base if isinstance(head, Power) else head.arg
+            assert inner is not None  # a derivative has its operand where it is applied
+            head = inner
+        if isinstance(head, Sym) and self.quantity_of(head)[0] == "lambda":
             return self._eigenvalue(n.args)
         value = self.value(n.fn)
-        for arg in n.args:
-            end = self._argument(arg)
+        letters = self.notation.functions.get(head.name, ()) if isinstance(head, Sym) else ()
+        along = any(self.notation.quantity(letter) == "u" for letter in letters)
+        for k, arg in enumerate(n.args):
+            end = self._argument(arg, along=along and k == 0)
             if end is not None:
                 value = each(value, lambda p, e=end: p.at(e))  # type: ignore[misc]
         return value
 
-    def _argument(self, arg: Node) -> int | None:
-        """The end of the rod that an argument names; None for a coordinate."""
-        if isinstance(arg, Relation):
-            return self.end(arg.right)
+    def _argument(self, arg: Node, *, along: bool) -> int | None:
+        """The end of the rod that an argument names, None for a coordinate; u is the first argument."""
         if isinstance(arg, Sym) and self.quantity_of(arg)[0] in ("u", "t", "tau", "T", "phase"):
             return None
+        if isinstance(arg, Relation) and self._is(arg.left, "u"):
+            return self.end(arg.right)
+        if not along:
+            raise UndecidedError("a value at a time or at a number that is no place of the rod")
         return self.end(arg)
+
+    def _is(self, node: Node, *quantities: str) -> bool:
+        return isinstance(node, Sym) and self.quantity_of(node)[0] in quantities
 
     def _eigenvalue(self, args: tuple[Node, ...]) -> Poly:
         """lambda about the threshold as a Taylor polynomial; lambda(F_c) = i omega_c."""
@@ -308,21 +354,28 @@ class Lowering(Letters):
         return total
 
     def _at(self, n: At) -> Value:
+        """A value at an end of the rod, at the threshold, or at an R."""
         value = self.value(n.arg)
-        if isinstance(n.place, Relation):
-            old, new = self.scalar(n.place.left), self.scalar(n.place.right)
-            (m,) = old.terms
-            ((variable, _),) = m
-            return each(value, lambda p: p.map(lambda a: new if a == variable else None))
-        if isinstance(n.place, Sym) and self.quantity_of(n.place)[0] == "force_c":
-            return value
-        raise UndecidedError("a value at a place that is not the threshold")
+        letter, new = (n.place.left, n.place.right) if isinstance(n.place, Relation) else (None, n.place)
+        if letter is not None and self._is(letter, "u"):
+            end = self.end(new)
+            return each(value, lambda p: p.at(end))
+        if self._is(new, "force_c") and (letter is None or self._is(letter, "force", "force_dim")):
+            delta = Atom("constant", "Delta")
+            return each(value, lambda p: p.map(lambda a: poly(0) if a == delta else None))
+        if letter is None or not self._is(letter, "R"):
+            raise UndecidedError("a value at a place that is neither an end, nor the threshold, nor an R")
+        radius, at = Atom("constant", "R"), self.scalar(new)
+        return each(value, lambda p: self.theory.canonical(p).map(lambda a: at if a == radius else None))
 
     def _matrix(self, n: Matrix) -> Value:
         array = tuple(tuple(self.scalar(e) for e in row) for row in n.rows)
-        if self.free:
-            return array[self.indices[self.free[0]]][self.indices[self.free[-1]]]
-        return array
+        if not self.free:
+            return array
+        row, *column = (self.indices[i] for i in self.free)
+        if len(array) != 3 or len(array[0]) != (3 if column else 1):
+            raise UnfitError("a matrix that does not fit the indices on the left")
+        return array[row][column[0] if column else 0]
 
     def _tuple(self, n: Tuple) -> Value:
         if n.weight is None:
@@ -336,3 +389,8 @@ class Lowering(Letters):
                 poly(0),
             )
         )
+
+
+def _holds_amplitude(p: Poly) -> bool:
+    """Whether a letter stands for something in which the amplitude is hidden."""
+    return any(a.kind in ("field", "exact", "amplitude") for a in p.atoms)

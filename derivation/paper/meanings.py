@@ -22,12 +22,13 @@ from derivation.paper.algebra import (
     U,
     atom,
     constant,
+    depends_on_u,
     exp,
     poly,
     rational,
 )
 from derivation.paper.carry import from_ring
-from derivation.paper.values import UndecidedError
+from derivation.paper.reasons import UndecidedError
 from derivation.pipeline import Derivation
 from derivation.resonance import Transformation
 from derivation.solvability import Functional
@@ -306,12 +307,16 @@ def _integrated(p: Poly) -> Poly:
 
 
 def integral(p: Poly) -> Poly:
-    """int_0^1 p du as constants times integrals of single products; those of powers of u are known."""
+    """int_0^1 p du as constants times integrals of single products; those of powers of u are known.
+
+    Raises:
+        UndecidedError: for an exponential, a root or a quotient that depends on u.
+    """
     total: list[tuple[Monomial, Any]] = []
     for m, c in p.terms.items():
-        inside = frozenset(
-            (a, e) for a, e in m if a == U or (a.kind in ("shape", "field", "exact") and a.place is None)
-        )
+        inside = frozenset((a, e) for a, e in m if depends_on_u(a))
+        if any(isinstance(a.arg, Poly) for a, _ in inside):
+            raise UndecidedError("an integral over an exponential, a root or a quotient that depends on u")
         unit = Poly({inside: QQ_I.one})
         power = dict(inside).get(U, 0)
         known = inside <= {(U, power)} and power >= 0

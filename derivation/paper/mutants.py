@@ -2,7 +2,7 @@
 
 An edit is *equivalent* when it leaves the statement as it was: modulo the conditions of lower orders, the new
 left minus right is a constant times the old one or its conjugate. All others change the meaning and must be
-reported on the edited row and on no other.
+reported on the edited row and on no other: it differs, or holds with a remark.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 from derivation.paper.algebra import Poly
 from derivation.paper.edits import Edit, errors
-from derivation.paper.kinds import order_of
+from derivation.paper.kinds import is_choice, order_of
 from derivation.paper.ledger import ledger
 from derivation.paper.lower import Lowering
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Equation, Tuple
 from derivation.paper.theory import Theory
-from derivation.paper.values import UndecidedError, UnfitError
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,14 @@ def mutants(equations: Iterable[Equation], notation: Notation, theory: Theory) -
         displays.setdefault((e.label.rpartition(".")[0], e.line), []).append(e)
     for display in displays.values():
         for k, equation in enumerate(display):
-            if isinstance(equation.body, Tuple):
-                continue  # states nothing
+            if isinstance(equation.body, Tuple) or is_choice(Lowering(equation, notation, theory)):
+                continue  # states nothing that follows or not
             before = statement(equation, notation, theory)
             for edit in errors(equation, notation):
                 rows = ledger([*display[:k], edit.equation, *display[k + 1 :]], notation, theory)
                 others = [r for j, r in enumerate(rows) if j != k and r.status == "differs"]
-                if rows[k].status == "differs" and not others:
+                seen = rows[k].status == "differs" or rows[k].remark
+                if seen and not others:
                     outcome = "reported"
                 elif not others and same(before, statement(edit.equation, notation, theory)):
                     outcome = "equivalent"

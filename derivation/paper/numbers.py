@@ -16,6 +16,8 @@ from derivation.paper.syntax import Diff, Expr, Func, Neg, Num, Power, Prod, Quo
 #: Quantities that say which rod a row is about; the other columns are its cells.
 ROD = ("k1", "k2", "gamma3", "gamma1")
 COLUMNS = {"force_c": "force", "force": "force", "omega_c": "omega", "alpha": "alpha", "beta": "beta"}
+#: Powers in cells are of at most so many bits.
+MOST_BITS = 400
 _PRINTED = re.compile(r"([+-]?)(\d+(?:\.\d+)?)(?:([+-])(\d+(?:\.\d+)?)i)?")
 
 
@@ -111,7 +113,8 @@ def _value(node: Expr, cell: Cell) -> Fraction:
             return _value(num, cell) / below
         case Power(base, exponent):
             n, b = _value(exponent, cell), _value(base, cell)
-            if n.denominator == 1 and abs(n) <= 60 and (b or n > 0):
+            size = max(abs(b.numerator), b.denominator).bit_length()
+            if n.denominator == 1 and abs(n) * size <= MOST_BITS and (b or n > 0):
                 return b ** int(n)
     raise ReadError(cell.line, f"expected a number, not {cell.text!r}")
 

@@ -15,6 +15,7 @@ from derivation.errors import ReadError
 from derivation.paper.build import Builder, Functions
 from derivation.paper.syntax import (
     Expr,
+    Rest,
     Sym,
     walk,
 )
@@ -61,6 +62,8 @@ def parse(tokens: Sequence[Token], functions: Functions) -> list[tuple[str, Expr
         for node in walk(side):
             if isinstance(node, (Paren, Op, Fn, D, Mark)):
                 raise ReadError(tokens[0].line or 1, f"{node.shown} has nothing to act on")
+            if node == Rest("place"):
+                raise ReadError(tokens[0].line or 1, r"\right| without a place below it, such as _{u=1}")
     return chain
 
 

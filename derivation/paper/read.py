@@ -105,12 +105,12 @@ def _relation(chain: list[tuple[str, Expr]], piece: Piece) -> Relation:
 
 
 def _said_place(display: Display, notation: Notation) -> Relation | None:
-    """``at $u = 1$`` in the sentence that leads to the display."""
-    for text in re.findall(r"\bat\s+\$([^$]*)\$", display.intro):
+    """``at $u = 1$``, the last formula in the unfinished sentence that leads to the display."""
+    if match := re.search(r"\bat\s+\$([^$]*)\$[^$.]*$", display.intro):
         try:
-            chain = parse(tokenize(text, display.line), notation.functions)
+            chain = parse(tokenize(match[1], display.line), notation.functions)
         except ReadError:
-            continue
+            return None
         if len(chain) == 2 and chain[0][1] == Sym("u"):
             return Relation(chain[1][0], chain[0][1], chain[1][1])
     return None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 from derivation.paper.algebra import (
     Atom,
     I,
@@ -12,18 +10,15 @@ from derivation.paper.algebra import (
     constant,
     exp,
     harmonic,
-    rational,
+    poly,
 )
 from derivation.paper.byparts import by_parts
 from derivation.paper.kinds import is_identity, order_of, states_solution
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import normal_integrals
+from derivation.paper.reasons import UnfitError
 from derivation.paper.syntax import Relation
 from derivation.paper.theory import Theory
-from derivation.paper.values import UnfitError
-
-#: The paper's step of the centred difference in the force.
-STEP = Fraction(1, 100)
 
 
 def shortest(low: Lowering, p: Poly, left: Poly) -> Poly:
@@ -41,9 +36,13 @@ def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Po
     if is_identity(low):
         return theory.canonical(p, keep=keep)
     if _has(p, "exact"):
-        p = theory.by_exact_laws(p)
+        p = theory.canonical(theory.by_exact_laws(p), keep=keep)
+        if p and not _has(p, "integral") and not theory.in_fields(p):
+            return poly(0)
     n = order_of(low)
-    waves = _has(p, "shape") or _has(p, "amplitude") or states_solution(low) or low.leading
+    integrals = _has(p, "integral") and _has(p, "field")
+    waves = integrals or _has(p, "shape") or _has(p, "amplitude") or states_solution(low) or low.leading
+    waves = waves or "omega_c" in low.names  # its frequency
 
     def known(p: Poly) -> Poly:
         return theory.insert_waves(p) if waves else theory.vanishing(p, n)
@@ -55,7 +54,11 @@ def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Po
     if low.names & {"alpha", "beta"} or any(a.kind == "integral" for a in p.atoms):
         p = theory.slow_equation(p)
     p = _eigenvalue(low, p)
-    p = _unsaid(low, theory.canonical(p, keep=keep))
+    p = theory.canonical(p, keep=keep)
+    if low.names & {"sigma", "omega"} and "R" not in low.names:  # on the branch
+        radius, branch = Atom("constant", "R"), constant("R_star")
+        p = theory.canonical(p.map(lambda a: branch if a == radius else None), keep=keep)
+    p = _unsaid(low, p)
     return _coefficients(low, p)
 
 
@@ -71,22 +74,23 @@ def _saturated(p: Poly) -> Poly:
 
 
 def _eigenvalue(low: Lowering, p: Poly) -> Poly:
-    """d lambda/dF is beta; a centred difference holds up to powers of its step."""
+    """d lambda/dF is beta; a difference quotient that is said to be near holds up to powers of its step."""
     step = Atom("constant", "step")
     if step in p.atoms:
-        if any(a.name.startswith("lambda") for a in p.atoms):
+        body = low.equation.body
+        if isinstance(body, Relation) and body.op == "simeq":
             p = p.keep(lambda m: dict(m).get(step, 0) <= 0)
-        else:
-            p = p - constant("step") + rational(STEP.numerator, STEP.denominator)
-    if Atom("constant", "lambda_F") in p.atoms:
+    if any(a.name == "lambda_F" for a in p.atoms):
         slope = constant(low.theory.eigenvalue_slope)
-        p = p.map(lambda a: slope if a.name == "lambda_F" else None)
+        p = p.map(lambda a: _conjugated(slope, a) if a.name == "lambda_F" else None)
     return p
 
 
 def _unsaid(low: Lowering, p: Poly) -> Poly:
     """Drop what the equation leaves out: non-secular terms, or high powers of the detuning."""
     if "nst" in low.left_out:
+        if p and not _has(p, "exp"):
+            raise UnfitError("n.s.t. in an equation without time")
         p = p.keep(lambda m: abs(harmonic(m)) == 1)
     powers = [int(text.split()[1]) for text in low.left_out if text.startswith("from ")]
     if "dots" in low.left_out:

@@ -7,10 +7,12 @@ from itertools import islice
 
 from derivation.paper.edits import Edit, repairs
 from derivation.paper.ledger import holds
+from derivation.paper.lower import Lowering
 from derivation.paper.mistakes import ZERO
 from derivation.paper.notation import Notation
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.rows import Row
-from derivation.paper.syntax import Equation, Expr, Int, Node, Quot, Relation, Rest, Sum, walk
+from derivation.paper.syntax import Equation, Expr, Int, Node, Quot, Relation, Rest, Sum, Sym, walk
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import latex, tree
 
@@ -42,9 +44,25 @@ def repair(row: Row, notation: Notation, theory: Theory) -> Repair | None:
     integrals = any(isinstance(n, Int) for n in walk(row.equation.body))
     trials = TRIALS_OF_INTEGRALS if integrals else TRIALS
     for edit in islice(sorted(repairs(row.equation, notation), key=_size), trials):
+        if _empty(edit.equation, notation, theory):
+            continue
         if holds(edit.equation, notation, theory) and not _vacuous(edit.equation, notation, theory):
             return Repair(edit.kind, _words(edit), _printed(edit.equation), edit.equation.body)
     return _missing_term(row, notation, theory)
+
+
+def _empty(equation: Equation, notation: Notation, theory: Theory) -> bool:
+    """It says of its letters no more than that each is itself: no rule of the theory is needed."""
+    body = equation.body
+    if not isinstance(body, Relation):
+        return True
+    left, right = ({n for n in walk(side) if isinstance(n, Sym)} for side in (body.left, body.right))
+    if not left <= right:
+        return False
+    try:
+        return not any(Lowering(equation, notation, theory).differences())
+    except (UndecidedError, UnfitError, ZeroDivisionError):
+        return False
 
 
 def _vacuous(equation: Equation, notation: Notation, theory: Theory) -> bool:
@@ -86,7 +104,8 @@ def _missing_term(row: Row, notation: Notation, theory: Theory) -> Repair | None
         wholes.append(("in the numerator", replace(body.right, num=_with_terms(body.right.num, terms))))
     for where, right in wholes:
         whole = Relation(body.op, body.left, right)
-        if holds(replace(row.equation, body=whole), notation, theory):
+        mended = replace(row.equation, body=whole)
+        if not _empty(mended, notation, theory) and holds(mended, notation, theory):
             return Repair("missing term", f"add {latex(lacking)} {where}", latex(whole), whole)
     return None
 

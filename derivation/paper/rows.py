@@ -18,9 +18,11 @@ class Row:
     Attributes:
         reason: in words, what the status rests on.
         difference: left minus right after reduction; zero when the equation holds.
+        remark: what is unusual about an equation that holds, empty as a rule; the reason ends with it.
     """
 
     equation: Equation
     status: Status
     reason: str
     difference: Poly
+    remark: str = ""

@@ -7,6 +7,7 @@ Comments are blanked, so that every line number is the source's. Only what stand
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from derivation.errors import ReadError
@@ -17,6 +18,7 @@ _EDGE = re.compile(
     r"\\begin\s*\{(?P<begin>[a-zA-Z]+)\*?\}|\\end\s*\{(?P<end>[a-zA-Z]+)\*?\}"
     r"|(?<!\\)(?P<open>\\\[)|(?<!\\)(?P<close>\\\])|(?<!\\)(?P<dollars>\$\$)|(?<!\\)(?P<dollar>\$)"
 )
+_TABULAR = r"\\begin\{(?P<name>tabular)\}\s*(?:\[[^\]]*\])?\{[^{}]*\}"
 _LABEL = re.compile(r"\\label\s*\{([^{}]*)\}")
 
 
@@ -81,12 +83,27 @@ def scan(text: str) -> Source:
 def _without_comments(text: str) -> str:
     """Comments blanked; newlines stay."""
     text = re.sub(r"(?<!\\)((?:\\\\)*)%[^\n]*", r"\1", text.replace("\r\n", "\n").replace("\r", "\n"))
-    return re.sub(
-        r"\\begin\{(comment|verbatim)\}.*?\\end\{\1\}",
-        lambda m: "\n" * m.group().count("\n"),
-        text,
-        flags=re.S,
-    )
+    kept, at = [], 0
+    for begin, inside, end in _environments(text, r"\\begin\{(?P<name>comment|verbatim)\}"):
+        after = end + len(rf"\end{{{begin['name']}}}")
+        kept += [text[at : begin.start()], "\n" * text.count("\n", inside, end)]
+        at = after
+    return "".join([*kept, text[at:]])
+
+
+def _environments(text: str, opening: str) -> Iterator[tuple[re.Match[str], int, int]]:
+    """Environments that begin so and are closed: the match, where the inside begins and where it ends."""
+    at, open_ = 0, set()
+    for begin in re.finditer(opening, text):
+        name = begin["name"]
+        if begin.start() < at or name in open_:
+            continue
+        end = text.find(rf"\end{{{name}}}", begin.end())
+        if end < 0:
+            open_.add(name)  # none of these is closed from here on
+            continue
+        yield begin, begin.end(), end
+        at = end
 
 
 def _document(text: str) -> str:
@@ -168,19 +185,20 @@ def _unclosed(text: str, opened: tuple[str, int, int]) -> ReadError:
 
 def _tables(text: str) -> list[Table]:
     tables = []
-    for m in re.finditer(r"\\begin\{tabular\}\s*(?:\[[^\]]*\])?\{[^{}]*\}(.*?)\\end\{tabular\}", text, re.S):
-        end = text.find(r"\end{table", m.end())
-        start = text.rfind(r"\begin{table", 0, m.start())
-        labels = _LABEL.findall(text[max(start, 0) : m.start()] + text[m.end() : max(end, m.end())])
-        label = next((x for x in labels if x.startswith("tab:")), f"table on line {_line(text, m.start())}")
-        rows, at = [], m.start(1)
-        for row in re.split(r"(\\\\(?:\s*\[[^\]]*\])?)", m.group(1)):
+    for begin, inside, closed in _environments(text, _TABULAR):
+        end = text.find(r"\end{table", closed)
+        start = text.rfind(r"\begin{table", 0, begin.start())
+        labels = _LABEL.findall(text[max(start, 0) : begin.start()] + text[closed : max(end, closed)])
+        line = _line(text, begin.start())
+        label = next((x for x in labels if x.startswith("tab:")), f"table on line {line}")
+        rows, at = [], inside
+        for row in re.split(r"(\\\\(?:\s*\[[^\]]*\])?)", text[inside:closed]):
             if not row.startswith(r"\\"):
                 cells = _cells(row, text, at)
                 if any(c.text for c in cells):
                     rows.append(cells)
             at += len(row)
-        tables.append(Table(label, _line(text, max(start, 0) or m.start()), tuple(rows)))
+        tables.append(Table(label, _line(text, max(start, 0) or begin.start()), tuple(rows)))
     return tables
 
 

@@ -21,7 +21,7 @@ from derivation.paper.meanings import (
     Meanings,
     normal_integrals,
 )
-from derivation.paper.values import UndecidedError
+from derivation.paper.reasons import UndecidedError
 
 
 class Theory(Meanings):
@@ -114,6 +114,7 @@ class Theory(Meanings):
             "mu": self.carried(straight.mu),
             "R_T": self.carried(amplitude.radial),
             "phase_T": self.carried(amplitude.phase),
+            "T": constant("epsilon") ** 2 * constant("t"),
             "sigma": slope,
             "omega_branch": constant("omega") + slope * delta * detuning,
             "A_tip": 2 * _root(self.saturated * delta * detuning),
@@ -129,23 +130,84 @@ class Theory(Meanings):
 
     def by_exact_laws(self, p: Poly) -> Poly:
         """Modulo the balance laws (eq:dynamicsfull), the rod's conditions at its ends and its stress law."""
-        names = (*STRAINS, *VELOCITIES, *STRESSES)
-        h1, h2, bend, _, _, _, f1, f2, _ = (atom(Atom("exact", q)) for q in names)
-        turning = (bend * f2, -bend * f1, h2 * f1 - h1 * f2)
 
         def law(a: Atom) -> Poly | None:
-            if a.name in FIELDS and a == Atom("exact", a.name, place=0):
-                return poly(0)
+            if a.kind == "exact" and a.place == 0 and a.name in _CLAMPED and not a.u:
+                return poly(0 if a.tau else _CLAMPED[a.name])
             if a.name in STRESSES:
                 k = STRESSES.index(a.name)
                 if a == Atom("exact", a.name, u=1):
-                    return turning[k] - self.body_force[k]
+                    return self._turning[k] - self.body_force[k]
                 if a == Atom("exact", a.name, place=1):
                     return self.tip_load[k]
-            return None
+            return self._tip_strains.get(a)
 
         stress = {Atom("exact", f): k for k, f in enumerate(STRESSES)}
         return p.rewrite(law).rewrite(lambda a: self.stress_law[stress[a]] if a in stress else None)
+
+    @cached_property
+    def _turning(self) -> tuple[Poly, ...]:
+        """What the derivatives of the stresses along u are without loads."""
+        h1, h2, bend, f1, f2, _ = (atom(Atom("exact", q)) for q in (*STRAINS, *STRESSES))
+        return bend * f2, -bend * f1, h2 * f1 - h1 * f2
+
+    @cached_property
+    def _tip_strains(self) -> dict[Atom, Poly]:
+        """Strains at the tip, where the stress law gives each by its own stress."""
+        rules = {}
+        for q, stress, load in zip(STRAINS, self._linear_law, self.tip_load, strict=True):
+            if stress is not None:
+                strain = Atom("exact", q, place=1)
+                rules[strain] = _solve(stress.at(1) - load, strain)
+        return rules
+
+    @cached_property
+    def _linear_law(self) -> list[Poly | None]:
+        """The stress law, None where a stress is not linear in its strain alone."""
+        laws: list[Poly | None] = []
+        for q, stress in zip(STRAINS, self.stress_law, strict=True):
+            strain = Atom("exact", q)
+            alone = {a for a in stress.atoms if a.kind == "exact"} == {strain}
+            laws.append(
+                stress if alone and all(dict(m).get(strain, 0) in (0, 1) for m in stress.terms) else None
+            )
+        return laws
+
+    def in_fields(self, p: Poly) -> Poly:
+        """Exact quantities in x, y, theta and their derivatives along u: the strains by the kinematics,
+        derivatives along t, but for those at the ends, by the balance laws, where the drag is linear in each
+        velocity alone."""
+
+        def image(a: Atom) -> Poly | None:
+            if a.kind != "exact":
+                return None
+            if a.name in (*STRAINS, *VELOCITIES):
+                return _along(self.kinematics(a.name), a, a.tau)
+            if a.place == 0 and a.name in _CLAMPED and not a.u:
+                return poly(0 if a.tau else _CLAMPED[a.name])
+            if a.name in FIELDS and a.tau and a.place is None and self._rates:
+                return _along(self._rates[a.name], a, a.tau - 1)
+            return None
+
+        return self.canonical(p.rewrite(image)) if p else p
+
+    @cached_property
+    def _rates(self) -> dict[str, Poly]:
+        """dx/dt, dy/dt, dtheta/dt in the strains and the angle; empty where the drag is another.
+
+        drag_k v_k = d(stress)/du - turning + load, dx/dt = v1 cos - v2 sin, dy/dt = v1 sin + v2 cos.
+        """
+        speeds = []
+        for k, v in enumerate(VELOCITIES):
+            coefficient = self.drag[k] * atom(Atom("exact", v)).inverse()
+            if len(coefficient.terms) != 1 or any(a.kind == "exact" for a in coefficient.atoms):
+                return {}
+            load = self.body_force[k] + self.drag[k]
+            slope = self.stress_law[k].derive("u")
+            speeds.append((slope - self.by_exact_laws(self._turning[k]) + load) * coefficient.inverse())
+        cos, sin = (atom(Atom("exact", f)) for f in ("cos", "sin"))
+        v1, v2, spin = speeds
+        return {"x": v1 * cos - v2 * sin, "y": v1 * sin + v2 * cos, "theta": spin}
 
     def insert_waves(self, p: Poly) -> Poly:
         """Every field whose wave is known, as that wave."""
@@ -154,7 +216,7 @@ class Theory(Meanings):
             if a.kind != "field" or (a.name, a.order) not in self.ansatz:
                 return None
             value = self.ansatz[a.name, a.order]
-            for variable, times in (("u", a.u), ("t", a.tau), ("T", a.slow)):
+            for variable, times in (("u", a.u), ("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
             return value if a.place is None else value.at(a.place)
@@ -187,12 +249,12 @@ class Theory(Meanings):
         value = None
         if a.place is not None and plain.replace(tau=0, slow=0) in self._ends:
             value = self._ends[plain.replace(tau=0, slow=0)]
-            for variable, times in (("t", a.tau), ("T", a.slow)):
+            for variable, times in (("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
         elif a.u >= 2 and (a.kind, a.name, a.order) in self._tops:
             value = self._tops[a.kind, a.name, a.order]
-            for variable, times in (("u", a.u - 2), ("t", a.tau), ("T", a.slow)):
+            for variable, times in (("u", a.u - 2), ("tau", a.tau), ("T", a.slow)):
                 for _ in range(times):
                     value = value.derive(variable)
             value = value if a.place is None else value.at(a.place)
@@ -223,8 +285,13 @@ class Theory(Meanings):
                 return atom(a.replace(name="tau")) + constant("epsilon") ** 2 * atom(a.replace(name="T"))
             return self._constants.get(a.name) if a.kind == "constant" and a.name not in keep else None
 
-        p = _reduced_power(p.rewrite(image), Atom("constant", "R_star"), self.saturated)
-        return _reduced_power(p, Atom("exact", "cos"), 1 - atom(Atom("exact", "sin")) ** 2)
+        p = without_powers(p.rewrite(image), Atom("constant", "R_star"), self.saturated)
+        for a in {a for m in p.terms for a, _ in m}:
+            if a.kind == "sqrt":
+                p = without_powers(p, a, a.arg)
+            elif a.kind == "exact" and a.name == "cos":
+                p = without_powers(p, a, 1 - atom(a.replace(name="sin")) ** 2)
+        return p
 
     def slow_equation(self, p: Poly) -> Poly:
         """dA/dT by the Stuart-Landau equation."""
@@ -236,6 +303,8 @@ class Theory(Meanings):
         )
 
 
+#: Values at the clamp, at all times.
+_CLAMPED = {"x": 0, "y": 0, "theta": 0, "cos": 1, "sin": 0}
 _MODE = {"y": "Y", "theta": "Theta"}
 
 
@@ -244,6 +313,14 @@ def _of_mode(a: Atom) -> Poly | None:
     if a.kind != "field":
         return None
     return (I * constant("omega")) ** a.tau * atom(Atom("shape", _MODE[a.name], u=a.u))
+
+
+def _along(value: Poly, a: Atom, tau: int) -> Poly:
+    """What stands for an exact quantity, differentiated as often as it is, at its place."""
+    for variable, times in (("u", a.u), ("t", tau)):
+        for _ in range(times):
+            value = value.derive(variable)
+    return value if a.place is None else value.at(a.place)
 
 
 def _solve(row: Poly, top: Atom) -> Poly:
@@ -257,7 +334,7 @@ def _root(p: Poly) -> Poly:
     return atom(Atom("sqrt", arg=p))
 
 
-def _reduced_power(p: Poly, a: Atom, square: Poly) -> Poly:
+def without_powers(p: Poly, a: Atom, square: Poly) -> Poly:
     """Even powers of an atom whose square is known."""
     powers = {m: e for m in p.terms for b, e in m if b == a}
     total = p.keep(lambda m: m not in powers)

@@ -6,17 +6,10 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from derivation.paper.algebra import Poly, poly
+from derivation.paper.reasons import UnfitError
 
 Array = tuple[tuple[Poly, ...], ...]
 Value = Poly | Array
-
-
-class UndecidedError(Exception):
-    """An expression has no meaning here; the message is the reason that the ledger gives."""
-
-
-class UnfitError(Exception):
-    """The letters are known, but they do not go together: a vector set equal to a number."""
 
 
 def alike(left: Value, right: Value) -> tuple[list[Poly], list[Poly]]:

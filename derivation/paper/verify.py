@@ -8,15 +8,15 @@ from derivation.paper.kinds import grouped, stage_of
 from derivation.paper.ledger import ledger
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import FIELDS
-from derivation.paper.notation import Notation
+from derivation.paper.notation import Notation, require_known
 from derivation.paper.numbers import NumericRow, numeric_rows
 from derivation.paper.read import read
+from derivation.paper.reasons import UndecidedError, UnfitError
 from derivation.paper.repair import Repair, repair
 from derivation.paper.rows import Row
 from derivation.paper.syntax import Apply, Equation, Expr, Relation, Sym
 from derivation.paper.theory import Theory
 from derivation.paper.typeset import formula, latex, tree
-from derivation.paper.values import UndecidedError, UnfitError
 from derivation.pipeline import Derivation, derive
 
 
@@ -65,10 +65,13 @@ def verify(
     ``only``: the label of an equation or of a display; the others are read but not reported.
 
     Raises:
-        ReadError: the text cannot be read; with the line and what was expected.
+        ReadError: the text cannot be read, with the line and what was expected; the notation has a letter for
+            what is no quantity.
     """
     paper = read(text, notation)
     theory = Theory(derive() if derivation is None else derivation)
+    law = theory.d.law
+    require_known(notation, (*law.parameters[5:], *law.constants), theory.d.model.name)
     wanted = [e for e in paper.equations if only is None or only in (e.label, display_of(e))]
     whole = {display_of(e) for e in wanted}  # conditions are judged beside those they stand with
     rows = ledger([e for e in paper.equations if display_of(e) in whole], notation, theory)
@@ -90,7 +93,7 @@ def _finding(row: Row, notation: Notation, theory: Theory) -> Finding:
         grouped(row.equation, notation, theory),
         formula(row.difference, notation) if row.difference else row.reason if wrong else "",
         repair(row, notation, theory) if wrong else None,
-        read_back(row.equation),
+        read_back(row.equation, Lowering(row.equation, notation, theory).where),
         derived_form(row.equation, notation, theory),
         stage_of(row.equation, notation, theory),
     )
@@ -116,8 +119,7 @@ def derived_form(equation: Equation, notation: Notation, theory: Theory) -> Expr
     return None if value.is_atom else tree(value, notation)
 
 
-def read_back(equation: Equation) -> str:
+def read_back(equation: Equation, place: Relation | None) -> str:
     """What was read of an equation, typeset again, with the place where it holds."""
-    place = equation.place or equation.said
     at = rf" \quad \mathrm{{at}}\ {latex(place)}" if place is not None else ""
     return latex(equation.body) + at

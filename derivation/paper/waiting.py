@@ -69,6 +69,15 @@ class D:
 
 
 @dataclass(frozen=True)
+class Spill:
+    """An integral that its differential ended, and the terms after it, which belong to the sum around it."""
+
+    value: Any
+    terms: tuple[Any, ...]
+    shown = "an integral"
+
+
+@dataclass(frozen=True)
 class Mark:
     kind: str
     shown = "a mark"
@@ -175,6 +184,8 @@ def prefixes(items: list[Any]) -> list[Any]:
         elif isinstance(item, Fn):
             if not out or isinstance(out[0], Token):
                 raise ValueError(f"{item.name} without an argument")
+            if len(out) > 1 and isinstance(out[0], Num) and not isinstance(out[1], Token):
+                raise ValueError(f"{item.name} of a number and more; brackets tell what it is of")
             out.insert(0, called(item, out.pop(0)))
         else:
             out.insert(0, item)
@@ -219,14 +230,20 @@ def leibniz(num: D, den: D) -> Any:
     return Diff(multiply(prefixes([num.arg, *num.after])), var, n, num.partial)
 
 
-def take_differential(node: Any) -> tuple[Any, Sym]:
-    """The integrand and the variable of ``du f + g`` or ``f du``."""
-    terms = list(node.terms) if isinstance(node, Sum) else [node]
-    for place, term in ((0, terms[0]), (len(terms) - 1, terms[-1])):
+def take_differential(node: Any) -> tuple[Any, Sym, tuple[Any, ...], tuple[Any, ...]]:
+    """Of ``du f + g`` or ``f + g du h + k``: integrand, variable, the factors and the terms after it."""
+    terms = node.terms if isinstance(node, Sum) else (node,)
+    for place, term in enumerate(terms):
         d = term.arg if isinstance(term, Neg) else term
-        if isinstance(d, D) and isinstance(d.arg, Sym):
-            rest = [*d.before, *d.after]
-            new = multiply(prefixes(rest)) if rest else Num(Fraction(1))
-            terms[place] = Neg(new) if isinstance(term, Neg) else new
-            return (terms[0] if len(terms) == 1 else Sum(tuple(terms))), d.arg
+        if not (isinstance(d, D) and isinstance(d.arg, Sym)):
+            continue
+        if leads := place == 0 and not d.before:
+            inside, factors, rest = d.after, (), terms[1:]
+        else:
+            inside, factors, rest = d.before, d.after, terms[place + 1 :]
+        new = multiply(prefixes(list(inside))) if inside else Num(Fraction(1))
+        new = Neg(new) if isinstance(term, Neg) else new
+        whole = (new, *rest) if leads else (*terms[:place], new)
+        integrand = whole[0] if len(whole) == 1 else Sum(whole)
+        return integrand, d.arg, factors, () if leads else rest
     raise ValueError(r"\int without d and its variable")

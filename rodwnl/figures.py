@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -151,21 +152,16 @@ def _range(rod: Sequence[Column]) -> tuple[float, float]:
 
 
 def write(drawing: Drawing, folder: Path) -> Written:
-    """Put name.svg, name.png, name.csv and name.txt (the caption) into the folder, each in one piece."""
+    """Put name.svg, name.png, name.csv and name.txt (the caption) into the folder: all of them or none."""
     folder.mkdir(parents=True, exist_ok=True)
     written = Written(folder, drawing.name, drawing.caption)
-
-    def place(suffix: str, save: Callable[[Path], Any]) -> None:
-        with replacing(written.path(suffix)) as temporary:
-            save(temporary)
-
-    def table(path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
+    with ExitStack() as places, drawings.style():
+        svg, png, table, text = (
+            places.enter_context(replacing(written.path(suffix))) for suffix in (".svg", ".png", ".csv", ".txt")
+        )
+        drawing.figure.savefig(svg, metadata={"Date": None})
+        drawing.figure.savefig(png)
+        with table.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows([drawing.header, *drawing.rows])
-
-    with drawings.style():
-        place(".svg", lambda path: drawing.figure.savefig(path, metadata={"Date": None}))
-        place(".png", lambda path: drawing.figure.savefig(path))
-    place(".csv", table)
-    place(".txt", lambda path: path.write_text(drawing.caption + "\n", encoding="utf-8"))
+        text.write_text(drawing.caption + "\n", encoding="utf-8")
     return written

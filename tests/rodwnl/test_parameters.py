@@ -43,7 +43,7 @@ def test_floats_are_in_the_order_of_the_fields():
         ("__import__('os')", "not a finite number"),
         ("1e999999999", "between 1e-300 and 1e300"),
         ("1e-301", "between 1e-300 and 1e300"),
-        ("1" * 2000, "between 1e-300 and 1e300"),
+        ("1" * 2000, "it has 2000 characters, more than 1000"),
         (True, "must be a number"),
         (1j, "must be a number"),
         (None, "must be a number"),

@@ -157,7 +157,8 @@ def write(drawing: Drawing, folder: Path) -> Written:
     written = Written(folder, drawing.name, drawing.caption)
     with ExitStack() as places, drawings.style():
         svg, png, table, text = (
-            places.enter_context(replacing(written.path(suffix))) for suffix in (".svg", ".png", ".csv", ".txt")
+            places.enter_context(replacing(written.path(suffix)))
+            for suffix in (".svg", ".png", ".csv", ".txt")
         )
         drawing.figure.savefig(svg, metadata={"Date": None})
         drawing.figure.savefig(png)

@@ -189,7 +189,7 @@ def exact(name: str, value: object) -> Fraction:
     if len(text) > _MOST_CHARACTERS:
         raise InputError(
             f"{name} is {shown(value)}: it has {len(text)} characters, more than {_MOST_CHARACTERS}; "
-            "write it shorter, like 200, 1e4, 0.5 or 1/2"
+            "write it shorter"
         )
     number = None
     try:

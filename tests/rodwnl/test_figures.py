@@ -217,6 +217,20 @@ def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
         film(beating, tmp_path / "rod.mp4")
 
 
+def test_an_interrupted_figure_leaves_no_file(compared, tmp_path, monkeypatch):
+    drawing = drawings.compared([compared])
+
+    def interrupted(path, **options):
+        if path.suffix == ".png":
+            raise KeyboardInterrupt
+        path.write_text("whole")
+
+    monkeypatch.setattr(drawing.figure, "savefig", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        figures.write(drawing, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(figures, "computed", lambda *given: iter([drawings.compared([compared])]))
     folder = tmp_path / "new"

@@ -146,7 +146,7 @@ def _range(rod: Sequence[Column]) -> tuple[float, float]:
     lowest, highest = (float(rod[k].coefficients.force) for k in (0, -1))
     k1 = float(rod[0].rod.k1)
     if rod[0].rod.model == PLAIN:
-        return (0.01 * k1, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
+        return (0.0, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
     wanted = (1.5 if rod[-1].side > 0 else 1.1) * highest
     return 0.3 * lowest, min(wanted, 0.98 * float(searched_range(rod[0].rod, wanted)[0]))
 

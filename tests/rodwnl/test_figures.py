@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,6 +158,19 @@ def test_the_comparison_shows_and_lists_what_was_computed(compared):
     assert {(37.5, 193.0), (38.5, 192.0)} <= frequencies
     assert 39.5 not in {x for x, _ in frequencies}
     assert "F = 38" in drawing.caption
+
+
+def test_the_comparison_has_a_key_to_what_it_shows(compared):
+    (key,) = drawings.compared([compared]).figure.legends
+    assert {text.get_text() for text in key.get_texts()} == {
+        "amplitude equation", "periodic orbits", "fold", "threshold",
+        "simulation", "simulation, not settled", "simulation, came to rest",
+    }  # fmt: skip
+    subcritical = replace(
+        compared, orbits=np.column_stack([compared.orbits[:, :3], 0 * compared.orbits[:, 3]])
+    )
+    (key,) = drawings.compared([subcritical]).figure.legends
+    assert "unstable" in {text.get_text() for text in key.get_texts()}
 
 
 def test_a_run_is_plotted_from_its_file(beating, tmp_path, capsys):

@@ -60,7 +60,7 @@ def test_a_force_lies_between_zero_and_k1():
     rod = RodParameters(200, 1, 1)
     assert rod.checked_force(0) == 0
     assert rod.checked_force("199.5") == Fraction(399, 2)
-    with pytest.raises(InputError, match="force is 200.0000001, but"):  # as given, not as a quotient
+    with pytest.raises(InputError, match=r"force is 200\.0000001, but"):  # as given, not as a quotient
         rod.checked_force(Fraction("200.0000001"))
     for bad in (-1, 200, "1e3"):
         with pytest.raises(InputError, match="0 <= force < k1 = 200"):

@@ -36,6 +36,20 @@ class LazyCommands(TyperGroup):
         command.command(cmd_name)(import_module(f"rodwnl.commands.{cmd_name}").command)
         return typer.main.get_command(command)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, command, rest = super().resolve_command(ctx, args)
+        _require_once(command, rest)
+        return name, command, rest
+
+
+def _require_once(command: Any, arguments: Sequence[str]) -> None:
+    """An option that takes one value is given once: of two values one would be lost without a word."""
+    given = [text.partition("=")[0] for text in arguments]
+    for option in command.params:
+        for name in option.opts:
+            if name.startswith("-") and not (option.multiple or option.is_flag) and given.count(name) > 1:
+                raise InputError(f"{name} is given {given.count(name)} times, but it takes one value")
+
 
 app = typer.Typer(cls=LazyCommands, add_completion=False, invoke_without_command=True)
 

@@ -116,9 +116,9 @@ class LandauSearch:
 def landau(rod: RodParameters, max_force: Number | None = None, *, escalate: bool = True) -> LandauSearch:
     """α and β at every Hopf threshold of the leading eigenvalue with 0 <= F <= max_force.
 
-    max_force is min(k1, 400) by default. Where float64 keeps fewer than 8 digits of a rod's numbers, or its
-    modes are too steep for quadrature, they are computed with more digits if the straight rod has the same
-    stretch everywhere (not with escalate=False).
+    max_force is 400 by default, or where the rod ends. Where float64 keeps fewer than 8 digits of a rod's
+    numbers, or its modes are too steep for quadrature, they are computed with more digits if the straight
+    rod has the same stretch everywhere (not with escalate=False).
     Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep and stay so.
     """
     search = hopf_thresholds(rod, max_force)

@@ -324,7 +324,9 @@ def _curve(
     values = dict(rods.values)
     for name, ends in bounds.items():  # exp(log x) is x up to rounding
         for bound in ends:
-            values[name] = np.where(np.abs(values[name] - bound) <= 4 * EPS * abs(bound), bound, values[name])
+            values[name] = np.where(
+                np.abs(values[name] - bound) <= 100 * EPS * abs(bound), bound, values[name]
+            )
     others = (unstable.min(axis=0) + 1) // 2
     return Curve(system.vary, values, force, omegas[0], omega2, c.alpha, c.beta, others, end)
 

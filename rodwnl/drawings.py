@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 LIGHT, DARK, RED, BLUE = "0.55", "0.1", "#c8553d", "#2a6f97"
 SNAPSHOTS = 10
 TITLE = 24  # characters that stand over a narrow panel
+# State of a simulation -> its marker, the marker's face, and what the key says
+_SIMULATED = {
+    "settled": ("o", RED, "simulation"),
+    "not finished": ("o", "none", "simulation, not settled"),
+    "decayed": ("x", RED, "simulation, came to rest"),
+}
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 FORCE, TIME = "force $F$  ($k_3/L^2$)", r"$t$  ($\gamma_2 L^4/k_3$)"
 RATE = r"$k_3/\gamma_2 L^4$"
@@ -242,7 +248,7 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
             rows += _comparison_rows(item, letters)
         axes[0, 0].set(ylabel=r"$A_\mathrm{tip}/L$")
         axes[1, 0].set(ylabel=rf"$\omega$  ({RATE})")
-        axes[0, 0].legend(loc="lower right", fontsize=5.5)
+        _key(figure, axes)
     folds = [f"F = {fold[0]:.8g}" for item in columns for fold in item.folds]
     caption = (
         "Tip amplitude (top) and frequency (bottom) of the oscillating rod: amplitude equation (black; "
@@ -252,6 +258,20 @@ def compared(columns: Sequence[Comparison]) -> Drawing:
     )
     header = ("panels", "series", "force", "A_tip", "omega", "remark")
     return Drawing("comparison", caption, figure, header, rows)
+
+
+def _key(figure: Any, axes: NDArray[Any]) -> None:
+    """What occurs in the panels, once each, below all of them."""
+    from matplotlib.lines import Line2D
+
+    known: dict[str, Any] = {}
+    for panel in axes.ravel():
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            known.setdefault(label, handle)
+    if any(line.get_linestyle() == "--" for panel in axes.ravel() for line in panel.lines):
+        known["unstable"] = Line2D([], [], linestyle="--", color=LIGHT)
+    known["threshold"] = Line2D([], [], linestyle=":", color="0.6", linewidth=0.7)
+    figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=4, fontsize=6)
 
 
 def _compare(item: Comparison, panel: Any, which: int) -> None:
@@ -266,14 +286,16 @@ def _compare(item: Comparison, panel: Any, which: int) -> None:
         dash = "-" if along[stretch[0], 3] else "--"
         label = "" if k else "periodic orbits"
         panel.plot(along[to, 0], along[to, which], dash, color=BLUE, linewidth=2.4, alpha=0.55, label=label)
-    panel.plot(item.folds[:, 0], item.folds[:, which], "D", color=BLUE, markersize=4)
-    for state, marker, face in (("settled", "o", RED), ("not finished", "o", "none"), ("decayed", "x", RED)):
+    if len(item.folds):
+        panel.plot(item.folds[:, 0], item.folds[:, which], "D", color=BLUE, markersize=4, label="fold")
+    for state, (marker, face, label) in _SIMULATED.items():
         found = [(p.force, _value(p, which)) for p in item.points if p.reading.state == state]
         drawn = [(force, value) for force, value in found if value is not None]
         if drawn:
-            label = "simulation" if state == "settled" else ""
             panel.plot(*zip(*drawn, strict=True), marker, color=RED, markerfacecolor=face, label=label)
     panel.axvline(item.column.coefficients.force, color="0.6", linestyle=":", linewidth=0.7, zorder=0)
+    panel.margins(x=0.08)
+    panel.locator_params(axis="x", nbins=5, min_n_ticks=4)
 
 
 def smooth_branch(orbits: NDArray[np.float64], between: int = 12) -> NDArray[np.float64]:
@@ -328,9 +350,9 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
             for panel, name in zip(line, labels, strict=True):
                 values = smooth @ getattr(model, name)
                 panel.axhline(0, color="0.8", linewidth=0.5, zorder=0)
-                panel.plot(u, values.real, color=DARK)
+                panel.plot(u, values.real, color=DARK, label="Re")
                 if name != "X0":  # only its real part has a meaning
-                    panel.plot(u, values.imag, "--", color=RED)
+                    panel.plot(u, values.imag, "--", color=RED, label="Im")
                 panel.tick_params(labelsize=5.5)
                 columns = (u.tolist(), values.real.tolist(), values.imag.tolist())
                 rows += [[repr(model.coefficients.force), name, *row] for row in zip(*columns, strict=True)]
@@ -339,6 +361,7 @@ def modes(models: Sequence[ReducedModel]) -> Drawing:
             panel.set_title(label)
         for panel in axes[-1]:
             panel.set_xlabel("$u/L$")
+        axes[0, 0].legend(loc="upper left", fontsize=6)
     rods = "; ".join(dict.fromkeys(_values(model.rod) for model in models))
     caption = (
         "Critical modes Y, Θ with Y(1) = 1, adjoint modes with (Ψ, Φ)_Γ = 1, and second-order "

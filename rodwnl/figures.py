@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -145,27 +146,23 @@ def _range(rod: Sequence[Column]) -> tuple[float, float]:
     lowest, highest = (float(rod[k].coefficients.force) for k in (0, -1))
     k1 = float(rod[0].rod.k1)
     if rod[0].rod.model == PLAIN:
-        return (0.01 * k1, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
+        return (0.0, 0.86 * k1) if k1 < 1000 else (0.3 * lowest, 1.5 * lowest)
     wanted = (1.5 if rod[-1].side > 0 else 1.1) * highest
     return 0.3 * lowest, min(wanted, 0.98 * float(searched_range(rod[0].rod, wanted)[0]))
 
 
 def write(drawing: Drawing, folder: Path) -> Written:
-    """Put name.svg, name.png, name.csv and name.txt (the caption) into the folder, each in one piece."""
+    """Put name.svg, name.png, name.csv and name.txt (the caption) into the folder: all of them or none."""
     folder.mkdir(parents=True, exist_ok=True)
     written = Written(folder, drawing.name, drawing.caption)
-
-    def place(suffix: str, save: Callable[[Path], Any]) -> None:
-        with replacing(written.path(suffix)) as temporary:
-            save(temporary)
-
-    def table(path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as file:
+    with ExitStack() as places, drawings.style():
+        svg, png, table, text = (
+            places.enter_context(replacing(written.path(suffix)))
+            for suffix in (".svg", ".png", ".csv", ".txt")
+        )
+        drawing.figure.savefig(svg, metadata={"Date": None})
+        drawing.figure.savefig(png)
+        with table.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows([drawing.header, *drawing.rows])
-
-    with drawings.style():
-        place(".svg", lambda path: drawing.figure.savefig(path, metadata={"Date": None}))
-        place(".png", lambda path: drawing.figure.savefig(path))
-    place(".csv", table)
-    place(".txt", lambda path: path.write_text(drawing.caption + "\n", encoding="utf-8"))
+        text.write_text(drawing.caption + "\n", encoding="utf-8")
     return written

@@ -1,6 +1,6 @@
 """Which rods a sweep computes: a grid or a sampling of their parameters, read from a TOML file.
 
-    max_force = 400                                      # optional; min(k1, 400) without it
+    max_force = 400                                      # optional; else 400, or where the rod ends
     model = "quartic"                                    # optional; or a rod.toml, beside this file
 
     [k1]

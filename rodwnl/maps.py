@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 LABELS = {"k1": "stretch stiffness k1", "k2": "shear stiffness k2", "gamma3": "rotational drag γ3"}
 # colours told apart by hue and by lightness
-NONE, SUPER, SUB, ABSENT = "#e6e6e6", "#2a6f97", "#e8a33d", "#ffffff"
+NONE, SUPER, SUB = "#e6e6e6", "#2a6f97", "#e8a33d"
 BUCKLED = ("#c9a9c4", "#7d4a75")
 SHADES = ("#e6e6e6", "#8fb8d0", "#2a6f97", "#123047", "#000000")
 LINES: dict[str, dict[str, Any]] = {
@@ -52,14 +52,14 @@ def draw(sheet: Sheet, path: Path) -> None:
         for axis, panel in zip(axes.ravel(), _panels(data), strict=False):
             _classes(axis, data, one, panel)
             _curves(axis, sheet, panel.curves)
-            _legend(axis, panel, labelled=axis in axes[1])
+            _legend(axis, panel)
         _force(figure, axes[1, 1], data, one)
         _curves(axes[1, 1], sheet, {"closing": 0})
         for axis in axes.ravel():
             axis.set(xscale="log", yscale="log", xlim=one.limits[one.x], ylim=one.limits[one.y])
-            _rods(axis, sheet)
-        for axis in axes[1]:
             axis.set_xlabel(LABELS[one.x])
+            axis.tick_params(labelbottom=True)
+            _rods(axis, sheet)
         for axis in axes[:, 0]:
             axis.set_ylabel(LABELS[one.y])
         fixed = ", ".join(f"{LABELS[n]} = {v:g}" for n, v in one.fixed.items() if n in LABELS)
@@ -95,12 +95,13 @@ def _panels(data: xarray.Dataset) -> tuple[Panel, ...]:
     return (
         Panel("Regions", number, shades, regions, {"closing": 0}),
         Panel("Lower threshold", lower, (NONE, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": 1}),
-        Panel("Upper threshold", upper, (ABSENT, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": -1}),
+        Panel("Upper threshold", upper, (NONE, SUPER, SUB), ("none", *kinds), {"closing": 0, "bautin": -1}),
     )
 
 
 def _force(figure: Any, axis: Any, data: xarray.Dataset, one: Map) -> None:
     """The force of the lower threshold."""
+    axis.set_facecolor(NONE)
     mesh = axis.pcolormesh(
         data[one.x],
         data[one.y],
@@ -123,16 +124,15 @@ def _classes(axis: Any, data: xarray.Dataset, one: Map, panel: Panel) -> None:
     axis.set_title(panel.title)
 
 
-def _legend(axis: Any, panel: Panel, labelled: bool) -> None:
-    """Below the panel, and below its label where it has one."""
+def _legend(axis: Any, panel: Panel) -> None:
+    """Below the panel and its label."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     named = zip(panel.colors, panel.names, strict=True)
     handles: list[Any] = [Patch(facecolor=c, edgecolor="0.4", linewidth=0.4, label=text) for c, text in named]
     handles += [Line2D([], [], linewidth=1, label=NAMES[kind], **LINES[kind]) for kind in panel.curves]
-    below = -0.16 if labelled else -0.03
-    axis.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, below), ncols=2)
+    axis.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
 
 
 def _curves(axis: Any, sheet: Sheet, kinds: dict[str, int]) -> None:

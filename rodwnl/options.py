@@ -18,7 +18,11 @@ from rodwnl.storage import require_apart
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document, numbers as decimal texts.")]
 MaxForce = Annotated[
     str | None,
-    typer.Option("--max-force", metavar="F", help="Search forces up to this one. Default: min(k1, 400)."),
+    typer.Option(
+        "--max-force",
+        metavar="F",
+        help="Search forces up to this one. Default: 400, or where the straight rod ends before.",
+    ),
 ]
 
 Digits = Annotated[

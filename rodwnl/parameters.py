@@ -186,6 +186,11 @@ def exact(name: str, value: object) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, str | numbers.Real | Decimal):
         raise InputError(f"{name} must be a number, not {shown(value)}")
     text = str(value).strip()
+    if len(text) > _MOST_CHARACTERS:
+        raise InputError(
+            f"{name} is {shown(value)}: it has {len(text)} characters, more than {_MOST_CHARACTERS}; "
+            "write it shorter"
+        )
     number = None
     try:
         if not _enormous(text):
@@ -219,10 +224,12 @@ def decimal_text(number: Fraction) -> str:
 def shown(value: object) -> str:
     """A value as an error message quotes it: cut when long."""
     text = repr(value) if isinstance(value, str) else str(value)
+    if isinstance(value, Fraction):
+        text = decimal_text(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _enormous(text: str) -> bool:
     """Whether Fraction would build an enormous integer from this text, as it would from 1e999999999."""
     _, e, exponent = text.lower().partition("e")
-    return len(text) > _MOST_CHARACTERS or (bool(e) and abs(int(exponent)) > _MOST_CHARACTERS)
+    return bool(e) and abs(int(exponent)) > _MOST_CHARACTERS

@@ -23,7 +23,7 @@ from rodwnl.angleform import AngleForm, angle_form
 from rodwnl.collocation import chebyshev
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.inverse import leading_eigenvalues
-from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive, require_rod
+from rodwnl.parameters import PLAIN, Number, RodParameters, exact, positive, require_rod, shown
 from rodwnl.readout import Reading, read
 from rodwnl.storage import file_attributes, require
 
@@ -193,7 +193,7 @@ def _checked_force(rod: RodParameters, force: Number) -> float:
     F = float(rod.checked_force(force))
     if F > 0:
         return F
-    raise InputError(f"force is {force}, but a simulation needs a follower force: 0 < force < k1")
+    raise InputError(f"force is {shown(force)}, but a simulation needs a follower force: 0 < force < k1")
 
 
 def _checked_nodes(nodes: int) -> int:

@@ -104,8 +104,8 @@ def hopf_thresholds(
 ) -> HopfSearch:
     """Every force 0 <= F <= max_force at which the straight rod begins or ceases to be unstable.
 
-    max_force is min(k1, 400) by default, and cut at k1. With `all_crossings` the forces at which further
-    eigenvalues cross are found too.
+    max_force is 400 by default, and cut where the straight rod ends (the plain rod: at k1). With
+    `all_crossings` the forces at which further eigenvalues cross are found too.
 
     What makes the list complete: the range is bisected until, on each interval and for each of the eight
     eigenvalues of least modulus, the cubic Hermite interpolant of Re λ(F) either keeps off the axis by

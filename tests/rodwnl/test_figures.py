@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -159,6 +160,19 @@ def test_the_comparison_shows_and_lists_what_was_computed(compared):
     assert "F = 38" in drawing.caption
 
 
+def test_the_comparison_has_a_key_to_what_it_shows(compared):
+    (key,) = drawings.compared([compared]).figure.legends
+    assert {text.get_text() for text in key.get_texts()} == {
+        "amplitude equation", "periodic orbits", "fold", "threshold",
+        "simulation", "simulation, not settled", "simulation, came to rest",
+    }  # fmt: skip
+    subcritical = replace(
+        compared, orbits=np.column_stack([compared.orbits[:, :3], 0 * compared.orbits[:, 3]])
+    )
+    (key,) = drawings.compared([subcritical]).figure.legends
+    assert "unstable" in {text.get_text() for text in key.get_texts()}
+
+
 def test_a_run_is_plotted_from_its_file(beating, tmp_path, capsys):
     file = tmp_path / "run.nc"
     save(to_dataset(beating), file)
@@ -215,6 +229,20 @@ def test_a_film_of_another_kind_is_refused(beating, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"pip install 'rodwnl\[film\]'"):
         film(beating, tmp_path / "rod.mp4")
+
+
+def test_an_interrupted_figure_leaves_no_file(compared, tmp_path, monkeypatch):
+    drawing = drawings.compared([compared])
+
+    def interrupted(path, **options):
+        if path.suffix == ".png":
+            raise KeyboardInterrupt
+        path.write_text("whole")
+
+    monkeypatch.setattr(drawing.figure, "savefig", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        figures.write(drawing, tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_writes_all_that_was_computed(compared, tmp_path, monkeypatch, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -149,13 +150,14 @@ def branch(
         try:
             system, point = _on_suitable_grid(*_to_scale(system, point))
             new, length, step = advance(system, point, step, SHORTEST_STEP)
+            last = _last(system, point, new, stops)
         except ConvergenceError:
             end = "not resolved"
             break
         step = min(step, LONGEST_STEP)
-        last = _last(system, point, new, stops)
         if last is not None:
             end, new = last
+            length = float(system.metric @ (point.tangent * (new.X - point.X)))
         if end != "Hopf point":
             points.append(_judged(system, new))
             watch(points[-1])
@@ -263,18 +265,26 @@ def _pinned(
     kind: Kind, before: BranchPoint, length: float, after: BranchPoint,
     event: Callable[[BranchPoint], float], index: int,
 ) -> Event:  # fmt: skip
-    """The place between two points where the event is 0, on finer grids until the force has settled."""
+    """The place between two points where the event is 0, on finer grids until the force has settled.
+
+    Where the iteration fails the event stays as well placed as it is by then, which its error says.
+    """
     system = before.system
 
     def value(new: Point) -> float:
         return event(BranchPoint(system, new, before.rho) if kind == "fold" else _judged(system, new))
 
     start, end = event(before), event(after)
-    point, _ = locate(system, before.point, value, length * start / (start - end), 1e3 * EVENT_DISTANCE)
-    while True:
-        rough = float(point.X[-2])
-        system, point = _moved(system, point, finer(Cycle(system, point.X)))
-        point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
-        error = abs(float(point.X[-2]) - rough)
-        if error < EVENT_ACCURACY or (system.count, system.degree) == FINEST:
-            return Event(kind, _judged(system, point), error, index)
+    weight = start / (start - end)
+    point = replace(before.point, X=before.point.X + length * weight * before.point.tangent)
+    placed, error = (system, point), length * system.force_scale
+    with suppress(ConvergenceError):
+        point, _ = locate(system, before.point, value, length * weight, 1e3 * EVENT_DISTANCE, length)
+        while True:
+            rough, placed = float(point.X[-2]), (system, point)
+            system, point = _moved(system, point, finer(Cycle(system, point.X)))
+            point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
+            placed, error = (system, point), abs(float(point.X[-2]) - rough)
+            if error < EVENT_ACCURACY or (system.count, system.degree) == FINEST:
+                break
+    return Event(kind, _judged(*placed), error, index)

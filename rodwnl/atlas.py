@@ -133,7 +133,7 @@ def make(
     sheets = []
     for one in maps:
         watch(f"computing {one.name}")
-        sheets.append(compute(one, folder, points, workers))
+        sheets.append(compute(one, folder, points, workers, watch=watch))
     for sheet in sheets:
         watch(f"drawing {sheet.map.name}")
         _write_curves(sheet, folder / f"{sheet.map.name}.csv")
@@ -149,7 +149,12 @@ def make(
 
 
 def compute(
-    one: Map, folder: Path, points: int, workers: int | None, progress: Progress = lambda *_: None
+    one: Map,
+    folder: Path,
+    points: int,
+    workers: int | None,
+    progress: Progress = lambda *_: None,
+    watch: Callable[[str], None] = lambda text: None,
 ) -> Sheet:
     """The sweep of one map, kept in the folder, and its special curves."""
     xr = require("xarray", "sweep")
@@ -157,7 +162,7 @@ def compute(
     sweep(one.grid(points), path, workers=workers, overwrite=True, progress=progress)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         data = dataset.load()
-    return Sheet(one, data, tuple(special_curves(one, data)))
+    return Sheet(one, data, tuple(special_curves(one, data, watch)))
 
 
 def count(data: xarray.Dataset) -> dict[str, Any]:
@@ -197,19 +202,25 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
 # ---- special curves
 
 
-def special_curves(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, Curve]]:
+def special_curves(
+    one: Map, data: xarray.Dataset, watch: Callable[[str], None] = lambda text: None
+) -> Iterator[tuple[Special, Curve]]:
     """Every curve of special points that is seen between neighbouring rods of the map.
 
     A change that lies on a curve already followed gives nothing new; others start a curve, which is
-    followed both ways to the edges of the map.
+    followed both ways to the edges of the map, up to MOST_CURVES of a kind, which is said.
     """
     known: dict[Special, list[Real]] = {"bautin": [], "closing": []}
+    cut: set[Special] = set()
     for kind, rod, force, omega in _changes(one, data):
-        here = np.log([rod["k1" if n == "k1" else n] for n in (one.x, one.y)])
+        here = np.log([rod[n] for n in (one.x, one.y)])
         if any(np.min(np.hypot(*(path - here[:, None]))) < 3 * _spacing(data, one) for path in known[kind]):
             continue
         if len(known[kind]) >= MOST_CURVES:
-            return
+            if kind not in cut:
+                watch(f"{one.name}: of the curves of {kind} points only the first {MOST_CURVES} are followed")
+            cut.add(kind)
+            continue
         try:
             at = RodParameters(model=one.model, **rod)  # type: ignore[arg-type]
             point = special_point(kind, at, {one.x: None}, force, omega)

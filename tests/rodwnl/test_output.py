@@ -39,7 +39,7 @@ def test_the_last_printed_digit_is_within_one_of_the_truth(value, error, fractio
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_no_number_is_made_of_a_failure(value):
-    with pytest.raises(ComputationError, match="1.0 with the error (nan|inf) is not a number"):
+    with pytest.raises(ComputationError, match=r"1\.0 with the error (nan|inf) is not a number"):
         number(1.0, value)
     with pytest.raises(ComputationError, match=f"{value} with the error 0.0 is not a number"):
         number(value)

@@ -20,7 +20,7 @@ from rodwnl.batch_coefficients import EPS, coefficients
 from rodwnl.batch_rods import Rods, largest_forces, uniform
 from rodwnl.batch_spectrum import thresholds
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.parameters import PLAIN, RodParameters, own_values
+from rodwnl.parameters import PLAIN, Number, RodParameters, own_values, positive
 
 if TYPE_CHECKING:
     from rodwnl.spectrum import HopfThreshold
@@ -79,7 +79,7 @@ def landau_batch(
     k2: ArrayLike,
     gamma3: ArrayLike,
     gamma1: ArrayLike = 0.5,
-    max_force: float | None = None,
+    max_force: Number | None = None,
     *,
     model: str = PLAIN,
     **own: ArrayLike,
@@ -104,8 +104,8 @@ def landau_batch(
         raise InputError(
             f"{', '.join(given)} must be arrays of real numbers that broadcast: {error}"
         ) from None
-    if max_force is not None and not 0 < max_force < np.inf:
-        raise InputError(f"max_force is {max_force}, but it must be positive and finite")
+    if max_force is not None:
+        max_force = float(positive("max_force", max_force))
     rods = Rods(model, dict(zip(given, (np.ravel(x) for x in arrays), strict=True)))
     chunks = [slice(i, i + CHUNK) for i in range(0, len(rods), CHUNK)] or [slice(0)]
     parts = [_chunk(rods[p], max_force) for p in chunks]

@@ -15,7 +15,7 @@ from rodwnl.cycles import OrbitSystem
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.floquet import multipliers
 from rodwnl.orbits import FINEST, Cycle, finer, onset, regridded, suited
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import Number, RodParameters, exact, positive, require_rod
 from rodwnl.spectrum import searched_range
 
 START = (8, 28)  # resolution at the Hopf point: there nothing but round-off limits the slopes
@@ -125,7 +125,7 @@ class Branch:
 
 
 def branch(
-    rod: RodParameters, force: float, omega: float, until: float | None = None,
+    rod: RodParameters, force: Number, omega: Number, until: Number | None = None,
     window: tuple[float, float] | None = None, most_points: int = MOST_POINTS,
     watch: Callable[[BranchPoint], None] = lambda point: None, locate_events: bool = True,
 ) -> Branch:  # fmt: skip
@@ -134,13 +134,15 @@ def branch(
     Or to where it first reaches the force `until`, leaves the window of forces (default: those up to FARTHEST
     times this one that the straight rod bears), or has so many points. `watch` is called with each point.
     Raises ComputationError where there is no Hopf point. Without `locate_events` the branch is followed only
-    for where it leads.
+    for where it leads. Raises InputError where the force or ω is not a positive number, or `until` not one.
     """
+    require_rod(rod)
+    force, omega = float(positive("force", force)), float(positive("omega", omega))
     window = window or (0.0, float(searched_range(rod, FARTHEST * force)[0]))
     begin = onset(emitted_law(rod), force, omega, START)
     stops: list[tuple[End, float]] = [("edge of the range", edge) for edge in window]
     if until is not None:
-        stops.insert(0, ("force asked for", until))
+        stops.insert(0, ("force asked for", float(exact("until", until))))
     system, point, step = begin.system, begin.point, FIRST_STEP
     by_force = point.tangent / point.tangent[-2]
     points: list[BranchPoint] = []

@@ -138,6 +138,14 @@ def test_a_branch_stops_where_it_is_told_to():
     assert few.points[-1].cycle.tip_amplitude == pytest.approx(few.last.tip_amplitude)
 
 
+def test_a_branch_takes_its_numbers_as_texts_and_refuses_others():
+    few = branch(STIFF, "37.66", "191.2", until="38.25", locate_events=False)
+    assert (few.end, few.last.force) == ("force asked for", 38.25)
+    for arguments, name in ((("a", 191.2), "force"), ((37.66, -1), "omega"), ((37.66, 191.2, "x"), "until")):
+        with pytest.raises(InputError, match=f"{name} is"):
+            branch(STIFF, *arguments)
+
+
 def test_a_subcritical_branch_begins_unstable_on_the_stable_side():
     few = branch(RodParameters(200.0, 1e4, 1e-4), 155.6, 3367.3, most_points=2)
     assert [point.unstable for point in few.points] == [1, 1]

@@ -19,7 +19,6 @@ import numpy as np
 from rodwnl import kernels
 from rodwnl.batch import Status, landau_batch
 from rodwnl.batch_characteristic import Real
-from rodwnl.batch_rods import uniform
 from rodwnl.curves import Curve, Special, SpecialPoint, special_curve, special_point
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.grids import NAMES, Grid, grid
@@ -34,7 +33,6 @@ MAX_FORCE = 1e5  # no less than any k1: forces up to k1 are searched
 POINTS = 160  # along each side of a map
 K1, K2, GAMMA3 = (20.0, 1e5), (5.0, 1e6), (1e-6, 1.0)
 MOST_CURVES = 40  # of one kind in one map
-ON_A_CURVE = 0.02  # natural logarithm: a change of sign this near to a curve belongs to it
 
 # Character of a rod by the number of its thresholds in 0 < F < k1
 REGIONS = {
@@ -122,7 +120,7 @@ def make(
     """
     from rodwnl.maps import draw
 
-    if not uniform(model):
+    if not kernels.is_uniform(model):
         raise InputError(
             f"an atlas needs coefficients that are constant along the rod, which they are not under the load "
             f"of {Path(model).name!r}; `rodwnl sweep` takes it, rod by rod"
@@ -310,7 +308,6 @@ WITNESSES = (
 def witnesses() -> Iterator[Witness]:
     """For each kind of region a branch of orbits of the full nonlinear rod, beside the prediction."""
     from rodwnl.branches import branch
-    from rodwnl.parameters import RodParameters
 
     for region, rod, number in WITNESSES:
         b = landau_batch(*rod, max_force=MAX_FORCE)

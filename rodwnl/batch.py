@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from rodwnl import kernels
 from rodwnl.batch_characteristic import Complex, Real
 from rodwnl.batch_coefficients import EPS, coefficients
-from rodwnl.batch_rods import Rods, largest_forces, uniform
+from rodwnl.batch_rods import Rods, largest_forces
 from rodwnl.batch_spectrum import thresholds
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.parameters import PLAIN, Number, RodParameters, own_values, positive
@@ -127,7 +127,7 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
     """`landau_batch` for a chunk of rods."""
     out = _empty(len(everything))
     usable = _usable(everything, out)
-    if not uniform(everything.model):
+    if not kernels.is_uniform(everything.model):
         for i in usable.tolist():
             _escalate(out, i, everything, max_force)
         return out

@@ -23,9 +23,10 @@ from typing import Literal
 
 import numpy as np
 
+from rodwnl import kernels
 from rodwnl.batch_characteristic import Complex, Real, gradient
 from rodwnl.batch_coefficients import EPS, Coefficients, coefficients
-from rodwnl.batch_rods import Rods, uniform
+from rodwnl.batch_rods import Rods
 from rodwnl.batch_spectrum import Index, lines
 from rodwnl.continuation import ConvergenceError, Point, advance, locate, solve_at
 from rodwnl.errors import ComputationError, InputError
@@ -141,7 +142,7 @@ def equations(
     rod: RodParameters, units: Mapping[str, float | None], special: Special | None = None
 ) -> Equations:
     """Equations with these parameters free. Raises InputError for a rod that is not uniform when straight."""
-    if not uniform(rod.model):
+    if not kernels.is_uniform(rod.model):
         raise InputError(
             f"a curve of thresholds needs coefficients that are constant along the rod, which they are not "
             f"under the load of {rod.model_name!r}; `landau` and `sweep` take it"

@@ -1,6 +1,7 @@
 import io
 import json
 import math
+import subprocess
 import sys
 
 import pytest
@@ -71,3 +72,14 @@ def test_a_table_survives_an_output_that_knows_only_ascii(monkeypatch):
 def test_json_is_one_document(capsys):
     print_json({"force": "37.66", "name": "γ"})
     assert json.loads(capsys.readouterr().out) == {"force": "37.66", "name": "γ"}
+
+
+def test_json_loads_neither_rich_nor_mpmath():
+    code = (
+        "import sys; from rodwnl import cli\n"
+        "cli.run('hopf --model metric-drag --k1 200 --k2 1e4 --gamma3 1e-4 --max-force 60 --json'.split())\n"
+        "print(sorted({'rich.console', 'rich.table', 'mpmath'} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr == "[]\n"
+    assert json.loads(done.stdout)["thresholds"]

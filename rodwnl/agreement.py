@@ -117,7 +117,10 @@ def main() -> int:
     first, of = (int(part) for part in given.shard.split("/"))
     given.out.mkdir(exist_ok=True)
     done = _read(given.out, given.seed)
-    with (given.out / f"seed{given.seed}-{first}-of-{of}.jsonl").open("a", encoding="utf-8") as file:
+    path = given.out / f"seed{given.seed}-{first}-of-{of}.jsonl"
+    cut_off = path.exists() and not path.read_bytes().endswith(b"\n")
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\n" if cut_off else "")
         for index in range(first - 1, given.count, of):
             if index not in done:
                 done[index] = check(index, given.seed)

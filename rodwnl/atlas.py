@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from rodwnl import kernels
 from rodwnl.batch import Status, landau_batch
 from rodwnl.batch_characteristic import Real
-from rodwnl.batch_rods import uniform
 from rodwnl.curves import Curve, Special, SpecialPoint, special_curve, special_point
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.grids import NAMES, Grid, grid
@@ -35,7 +34,6 @@ MAX_FORCE = 1e5  # no less than any k1: forces up to k1 are searched
 POINTS = 160  # along each side of a map
 K1, K2, GAMMA3 = (20.0, 1e5), (5.0, 1e6), (1e-6, 1.0)
 MOST_CURVES = 40  # of one kind in one map
-ON_A_CURVE = 0.02  # natural logarithm: a change of sign this near to a curve belongs to it
 
 # Character of a rod by the number of its thresholds in 0 < F < k1
 REGIONS = {
@@ -123,7 +121,7 @@ def make(
     """
     from rodwnl.maps import draw
 
-    if not uniform(model):
+    if not kernels.is_uniform(model):
         raise InputError(
             f"an atlas needs coefficients that are constant along the rod, which they are not under the load "
             f"of {Path(model).name!r}; `rodwnl sweep` takes it, rod by rod"
@@ -134,7 +132,7 @@ def make(
     sheets = []
     for one in maps:
         watch(f"computing {one.name}")
-        sheets.append(compute(one, folder, points, workers))
+        sheets.append(compute(one, folder, points, workers, watch=watch))
     for sheet in sheets:
         watch(f"drawing {sheet.map.name}")
         _write_curves(sheet, folder / f"{sheet.map.name}.csv")
@@ -150,7 +148,12 @@ def make(
 
 
 def compute(
-    one: Map, folder: Path, points: int, workers: int | None, progress: Progress = lambda *_: None
+    one: Map,
+    folder: Path,
+    points: int,
+    workers: int | None,
+    progress: Progress = lambda *_: None,
+    watch: Callable[[str], None] = lambda text: None,
 ) -> Sheet:
     """The sweep of one map, kept in the folder, and its special curves."""
     xr = require("xarray", "sweep")
@@ -158,7 +161,7 @@ def compute(
     sweep(one.grid(points), path, workers=workers, overwrite=True, progress=progress)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         data = dataset.load()
-    return Sheet(one, data, tuple(special_curves(one, data)))
+    return Sheet(one, data, tuple(special_curves(one, data, watch)))
 
 
 def buckling(data: xarray.Dataset) -> NDArray[np.bool_]:
@@ -203,19 +206,25 @@ def count(data: xarray.Dataset) -> dict[str, Any]:
 # ---- special curves
 
 
-def special_curves(one: Map, data: xarray.Dataset) -> Iterator[tuple[Special, Curve]]:
+def special_curves(
+    one: Map, data: xarray.Dataset, watch: Callable[[str], None] = lambda text: None
+) -> Iterator[tuple[Special, Curve]]:
     """Every curve of special points that is seen between neighbouring rods of the map.
 
     A change that lies on a curve already followed gives nothing new; others start a curve, which is
-    followed both ways to the edges of the map.
+    followed both ways to the edges of the map, up to MOST_CURVES of a kind, which is said.
     """
     known: dict[Special, list[Real]] = {"bautin": [], "closing": []}
+    cut: set[Special] = set()
     for kind, rod, force, omega in _changes(one, data):
-        here = np.log([rod["k1" if n == "k1" else n] for n in (one.x, one.y)])
+        here = np.log([rod[n] for n in (one.x, one.y)])
         if any(np.min(np.hypot(*(path - here[:, None]))) < 3 * _spacing(data, one) for path in known[kind]):
             continue
         if len(known[kind]) >= MOST_CURVES:
-            return
+            if kind not in cut:
+                watch(f"{one.name}: of the curves of {kind} points only the first {MOST_CURVES} are followed")
+            cut.add(kind)
+            continue
         try:
             at = RodParameters(model=one.model, **rod)  # type: ignore[arg-type]
             point = special_point(kind, at, {one.x: None}, force, omega)
@@ -305,7 +314,6 @@ WITNESSES = (
 def witnesses() -> Iterator[Witness]:
     """For each kind of region a branch of orbits of the full nonlinear rod, beside the prediction."""
     from rodwnl.branches import branch
-    from rodwnl.parameters import RodParameters
 
     for region, rod, number in WITNESSES:
         b = landau_batch(*rod, max_force=MAX_FORCE)

@@ -157,8 +157,8 @@ def leading(z: Scalar) -> Scalar:
 def enclosure(x: Scalar, digits: int) -> dict[str, str]:
     """{"mid", "rad"} of a real ball, as decimal texts: |x − mid| <= rad holds for the texts as they stand."""
     text = str(x.str(digits)).strip("[]")
-    mid, _, rad = text.partition(" +/- ")
-    return {"mid": mid, "rad": rad or "0"}
+    mid, _, rad = text.partition("+/- ")
+    return {"mid": mid.strip() or "0", "rad": rad or "0"}  # of a ball that contains 0 no digit is known
 
 
 def relative_accuracy(x: Scalar) -> float:

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from rodwnl import kernels
 from rodwnl.batch_characteristic import Complex, Real
 from rodwnl.batch_coefficients import EPS, coefficients
-from rodwnl.batch_rods import Rods, largest_forces, uniform
+from rodwnl.batch_rods import Rods, largest_forces
 from rodwnl.batch_spectrum import thresholds
 from rodwnl.errors import ComputationError, InputError
-from rodwnl.parameters import PLAIN, RodParameters, own_values
+from rodwnl.parameters import PLAIN, Number, RodParameters, own_values, positive
 
 if TYPE_CHECKING:
     from rodwnl.spectrum import HopfThreshold
@@ -85,7 +85,7 @@ def landau_batch(
     k2: ArrayLike,
     gamma3: ArrayLike,
     gamma1: ArrayLike = 0.5,
-    max_force: float | None = None,
+    max_force: Number | None = None,
     *,
     model: str = PLAIN,
     **own: ArrayLike,
@@ -110,8 +110,8 @@ def landau_batch(
         raise InputError(
             f"{', '.join(given)} must be arrays of real numbers that broadcast: {error}"
         ) from None
-    if max_force is not None and not 0 < max_force < np.inf:
-        raise InputError(f"max_force is {max_force}, but it must be positive and finite")
+    if max_force is not None:
+        max_force = float(positive("max_force", max_force))
     values = dict(zip(given, (np.ravel(x) for x in arrays), strict=True))
     rods = Rods(model, values, compiled=arrays[0].size >= COMPILED_FROM)
     chunks = [slice(i, i + CHUNK) for i in range(0, len(rods), CHUNK)] or [slice(0)]
@@ -134,7 +134,7 @@ def _chunk(everything: Rods, max_force: float | None) -> LandauBatch:
     """`landau_batch` for a chunk of rods."""
     out = _empty(len(everything))
     usable = _usable(everything, out)
-    if not uniform(everything.model):
+    if not kernels.is_uniform(everything.model):
         for i in usable.tolist():
             _escalate(out, i, everything, max_force)
         return out

@@ -70,11 +70,6 @@ class Rods:
         return StraightRod(functions, force, given)
 
 
-def uniform(model: str) -> bool:
-    """Whether the straight state of this rod is uniform, so that its modes are exponentials."""
-    return hasattr(kernels.load(model), "exponent_polynomial")
-
-
 def largest_forces(rods: Rods, asked: float) -> Real:
     """Up to which force each rod is searched, (n,): `asked`, or where the straight rod ends; NaN without one.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,7 +15,7 @@ from rodwnl.cycles import OrbitSystem
 from rodwnl.emittedlaw import emitted_law
 from rodwnl.floquet import multipliers
 from rodwnl.orbits import FINEST, Cycle, finer, onset, regridded, suited
-from rodwnl.parameters import RodParameters
+from rodwnl.parameters import Number, RodParameters, exact, positive, require_rod
 from rodwnl.spectrum import searched_range
 
 START = (8, 28)  # resolution at the Hopf point: there nothing but round-off limits the slopes
@@ -124,7 +125,7 @@ class Branch:
 
 
 def branch(
-    rod: RodParameters, force: float, omega: float, until: float | None = None,
+    rod: RodParameters, force: Number, omega: Number, until: Number | None = None,
     window: tuple[float, float] | None = None, most_points: int = MOST_POINTS,
     watch: Callable[[BranchPoint], None] = lambda point: None, locate_events: bool = True,
 ) -> Branch:  # fmt: skip
@@ -133,13 +134,15 @@ def branch(
     Or to where it first reaches the force `until`, leaves the window of forces (default: those up to FARTHEST
     times this one that the straight rod bears), or has so many points. `watch` is called with each point.
     Raises ComputationError where there is no Hopf point. Without `locate_events` the branch is followed only
-    for where it leads.
+    for where it leads. Raises InputError where the force or ω is not a positive number, or `until` not one.
     """
+    require_rod(rod)
+    force, omega = float(positive("force", force)), float(positive("omega", omega))
     window = window or (0.0, float(searched_range(rod, FARTHEST * force)[0]))
     begin = onset(emitted_law(rod), force, omega, START)
     stops: list[tuple[End, float]] = [("edge of the range", edge) for edge in window]
     if until is not None:
-        stops.insert(0, ("force asked for", until))
+        stops.insert(0, ("force asked for", float(exact("until", until))))
     system, point, step = begin.system, begin.point, FIRST_STEP
     by_force = point.tangent / point.tangent[-2]
     points: list[BranchPoint] = []
@@ -149,13 +152,14 @@ def branch(
         try:
             system, point = _on_suitable_grid(*_to_scale(system, point))
             new, length, step = advance(system, point, step, SHORTEST_STEP)
+            last = _last(system, point, new, stops)
         except ConvergenceError:
             end = "not resolved"
             break
         step = min(step, LONGEST_STEP)
-        last = _last(system, point, new, stops)
         if last is not None:
             end, new = last
+            length = float(system.metric @ (point.tangent * (new.X - point.X)))
         if end != "Hopf point":
             points.append(_judged(system, new))
             watch(points[-1])
@@ -265,18 +269,26 @@ def _pinned(
     kind: Kind, before: BranchPoint, length: float, after: BranchPoint,
     event: Callable[[BranchPoint], float], index: int,
 ) -> Event:  # fmt: skip
-    """The place between two points where the event is 0, on finer grids until the force has settled."""
+    """The place between two points where the event is 0, on finer grids until the force has settled.
+
+    Where the iteration fails the event stays as well placed as it is by then, which its error says.
+    """
     system = before.system
 
     def value(new: Point) -> float:
         return event(BranchPoint(system, new, before.rho) if kind == "fold" else _judged(system, new))
 
     start, end = event(before), event(after)
-    point, _ = locate(system, before.point, value, length * start / (start - end), 1e3 * EVENT_DISTANCE)
-    while True:
-        rough = float(point.X[-2])
-        system, point = _moved(system, point, finer(Cycle(system, point.X)))
-        point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
-        error = abs(float(point.X[-2]) - rough)
-        if error < EVENT_ACCURACY or (system.count, system.degree) == FINEST:
-            return Event(kind, _judged(system, point), error, index)
+    weight = start / (start - end)
+    point = replace(before.point, X=before.point.X + length * weight * before.point.tangent)
+    placed, error = (system, point), length * system.force_scale
+    with suppress(ConvergenceError):
+        point, _ = locate(system, before.point, value, length * weight, 1e3 * EVENT_DISTANCE, length)
+        while True:
+            rough, placed = float(point.X[-2]), (system, point)
+            system, point = _moved(system, point, finer(Cycle(system, point.X)))
+            point, _ = locate(system, point, value, 1e-4, EVENT_DISTANCE)
+            placed, error = (system, point), abs(float(point.X[-2]) - rough)
+            if error < EVENT_ACCURACY or (system.count, system.degree) == FINEST:
+                break
+    return Event(kind, _judged(*placed), error, index)

@@ -122,7 +122,7 @@ def landau(rod: RodParameters, max_force: Number | None = None, *, escalate: boo
     Raises what `hopf_thresholds` raises, and ComputationError where the modes are too steep and stay so.
     """
     search = hopf_thresholds(rod, max_force)
-    escalate = escalate and hasattr(kernels.load(rod.model), "boundary_column")  # modes are exponentials
+    escalate = escalate and kernels.is_uniform(rod.model)
     return LandauSearch(search, tuple(_to_enough_digits(rod, t, escalate) for t in search))
 
 

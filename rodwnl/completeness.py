@@ -207,16 +207,21 @@ def _excluded(piece: _Piece) -> tuple[bool, bool]:
     force_width, omega_width = (_relative_width(x) for x in (box.force, box.omega))
     if omega_width < NARROW:
         try:
-            centre = characteristic(piece.middle, lam.mid()).scaled
-            D_force = characteristic(piece.series, lam).scaled[1]
-            D_lam = characteristic(piece.here, f.acb_series([lam, 1])).scaled[1]
+            three = [
+                characteristic(piece.middle, lam.mid()),
+                characteristic(piece.series, lam),
+                characteristic(piece.here, f.acb_series([lam, 1])),
+            ]
+            # without its growth D is of one branch only where all are settled
+            settled = all(value.settled for value in three)
+            centre, by_force, by_lam = (value.scaled if settled else value.whole for value in three)
         except (ValueError, ZeroDivisionError):
             return False, force_width > omega_width
-        by_force, by_omega = abs(D_force) * box.force.rad(), abs(D_lam) * box.omega.rad()
-        if abs(centre) > by_force + by_omega:
+        of_force, of_omega = abs(by_force[1]) * box.force.rad(), abs(by_lam[1]) * box.omega.rad()
+        if abs(centre) > of_force + of_omega:
             return True, False
-        if by_force.is_finite() and by_omega.is_finite():
-            return False, by_force.mid() > by_omega.mid()
+        if of_force.is_finite() and of_omega.is_finite():
+            return False, of_force.mid() > of_omega.mid()
     return False, force_width > omega_width
 
 

@@ -147,20 +147,28 @@ def advance(system: System, point: Point, step: float, shortest: float) -> tuple
 
 
 def locate(
-    system: System, point: Point, event: Callable[[Point], float], trial: float, tolerance: float
-) -> tuple[Point, float]:
+    system: System, point: Point, event: Callable[[Point], float], trial: float, tolerance: float,
+    within: float | None = None,
+) -> tuple[Point, float]:  # fmt: skip
     """The point near this one where the event is 0, and its distance along the tangent.
 
-    The secant method from distances 0 and `trial`, to this tolerance in it. Raises ConvergenceError.
+    The secant method from distances 0 and `trial`, to this tolerance in it; within: a distance at which the
+    event has the other sign, so that a step out of what is left between is replaced by a bisection. Raises
+    ConvergenceError.
     """
     far, value = 0.0, event(point)
-    near = trial
+    near, first, low, high = trial, value, 0.0, within
     for _ in range(MOST_SECANTS):
         found = step_from(system, point, near)
         new = event(found)
-        if new == value:
+        if new == value and high is None:
             break
-        far, near, value = near, near - new * (near - far) / (new - value), new
+        secant = near - new * (near - far) / (new - value) if new != value else np.inf
+        if high is not None:
+            low, high = (near, high) if new * first > 0 else (low, near)
+            if not min(low, high) <= secant <= max(low, high):
+                secant = (low + high) / 2
+        far, near, value = near, secant, new
         if abs(near - far) <= tolerance:
             return step_from(system, point, near), near
     raise ConvergenceError("the secant method did not find where the curve changes")

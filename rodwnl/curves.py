@@ -16,15 +16,17 @@ are relative; a model's own parameters, which may be 0 or negative, are measured
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
+from rodwnl import kernels
 from rodwnl.batch_characteristic import Complex, Real, gradient
 from rodwnl.batch_coefficients import EPS, Coefficients, coefficients
-from rodwnl.batch_rods import Rods, uniform
+from rodwnl.batch_rods import Rods
 from rodwnl.batch_spectrum import Index, lines
 from rodwnl.continuation import ConvergenceError, Point, advance, locate, solve_at
 from rodwnl.errors import ComputationError, InputError
@@ -140,7 +142,7 @@ def equations(
     rod: RodParameters, units: Mapping[str, float | None], special: Special | None = None
 ) -> Equations:
     """Equations with these parameters free. Raises InputError for a rod that is not uniform when straight."""
-    if not uniform(rod.model):
+    if not kernels.is_uniform(rod.model):
         raise InputError(
             f"a curve of thresholds needs coefficients that are constant along the rod, which they are not "
             f"under the load of {rod.model_name!r}; `landau` and `sweep` take it"
@@ -341,49 +343,59 @@ def _special_points(system: Equations, points: list[Point], curve: Curve) -> Ite
                 if found:
                     yield found
         if curve.others[i] != curve.others[i + 1]:
-            double = _double(system, point, float(curve.omega[i]))
+            double = _double(system, point, float(np.linalg.norm(after.X - point.X)), float(curve.omega[i]))
             if double:
                 yield double
 
 
 def _placed(system: Equations, kind: Special, point: Point, after: Point) -> SpecialPoint | None:
-    """The point where Re α or Re β vanishes; None where it changes its sign through infinity."""
+    """The point where Re α or Re β vanishes; None where it changes its sign through infinity.
+
+    Where it cannot be refined, the one in between that the two suggest, with their distance as its error.
+    """
 
     def event(p: Point) -> float:
         return float(system.event(p.X[:, None], kind)[0])
 
     length = float(np.linalg.norm(after.X - point.X))
     before, behind = event(point), event(after)
-    placed, _ = locate(system, point, event, length * before / (before - behind), PLACED)
-    if abs(event(placed)) > DIFFERENCE * max(abs(before), abs(behind)):
+    weight, largest = before / (before - behind), max(abs(before), abs(behind))
+    try:
+        along = float(point.tangent @ (after.X - point.X))
+        placed, _ = locate(system, point, event, along * weight, PLACED, along)
+        error = system.noise(placed.X[:, None], kind) * length / abs(behind - before) + PLACED
+        largest *= DIFFERENCE
+    except ConvergenceError:
+        placed, error = replace(point, X=point.X + weight * (after.X - point.X)), length
+    if abs(event(placed)) > largest:
         return None
-    c = system.coefficients(placed.X[:, None])
-    error = system.noise(placed.X[:, None], kind) * length / abs(behind - before) + PLACED
-    return _record(system, kind, placed.X, c, error)
+    return _record(system, kind, placed.X, system.coefficients(placed.X[:, None]), error)
 
 
-def _double(system: Equations, point: Point, omega: float) -> SpecialPoint | None:
+def _double(system: Equations, point: Point, length: float, omega: float) -> SpecialPoint | None:
     """The double point near this one: the second pair is the one nearest to the imaginary axis.
 
-    None where it is a real eigenvalue that is nearest.
+    None where it is a real eigenvalue that is nearest. Where it cannot be refined, this point, with the
+    distance to the next one as its error.
     """
     rods, force, _ = system.at(point.X[:, None])
     eigenvalues, _ = route_of(rods.one(0)).leading(force, KEPT)
     other = eigenvalues[0][(eigenvalues[0].imag >= 0) & (np.abs(eigenvalues[0] - 1j * omega) > APART * omega)]
     if not other.size:
-        raise ComputationError(f"no second pair was found near force {force[0]:.6g}")
+        return None
     nearest = other[np.argmin(np.abs(other.real))]
     if nearest.imag == 0:
         return None
     both = replace(system, pairs=2)
-    X = np.append(point.X, np.log(nearest.imag))
-    for _ in range(MOST_STEPS):
-        step, J = _newton_step(both, X)
-        X = X + step
-        if np.max(np.abs(step)) < PLACED:
-            error = float(np.linalg.norm(np.linalg.inv(J), 2)) * 1e-15 + PLACED
-            return _record(both, "double", X, both.coefficients(X[:, None]), error)
-    raise ComputationError(f"Newton's iteration for a double point near force {force[0]:.6g} did not settle")
+    X = rough = np.append(point.X, np.log(nearest.imag))
+    with suppress(ConvergenceError):
+        for _ in range(MOST_STEPS):
+            step, J = _newton_step(both, X)
+            X = X + step
+            if np.max(np.abs(step)) < PLACED:
+                error = float(np.linalg.norm(np.linalg.inv(J), 2)) * 1e-15 + PLACED
+                return _record(both, "double", X, both.coefficients(X[:, None]), error)
+    return _record(both, "double", rough, both.coefficients(rough[:, None]), length)
 
 
 def _record(system: Equations, kind: Kind, X: Real, c: Coefficients, error: float) -> SpecialPoint:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -17,6 +16,7 @@ from rodwnl.batch import PER_ROD, PER_THRESHOLD, landau_batch
 from rodwnl.batch_characteristic import Real
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.storage import require
+from rodwnl.workers import begin
 
 PATIENCE = 3  # how often workers may die without a block finished in between
 SCHEDULER_TIMEOUT = 10  # seconds
@@ -42,9 +42,7 @@ def on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int, 
     waiting, deaths = iter(tasks), 0
     again: list[Task] = []
     while True:
-        with ProcessPoolExecutor(
-            workers, multiprocessing.get_context("spawn"), initializer=_end_with_parent
-        ) as pool:
+        with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=begin) as pool:
             running: dict[Future[Values], Task] = {}
             try:
                 while True:
@@ -69,17 +67,6 @@ def on_this_machine(tasks: Iterable[Task], workers: int) -> Iterator[tuple[int, 
                 f"worker processes died {deaths} times in a row; is there too little memory for "
                 f"{workers} of them? give fewer --workers and --resume"
             )
-
-
-def _end_with_parent() -> None:
-    """A worker ends when the run that started it is gone, even when that was killed."""
-    import multiprocessing
-    from multiprocessing.connection import wait as wait_for
-    from threading import Thread
-
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        Thread(target=lambda: (wait_for([parent.sentinel]), os._exit(1)), daemon=True).start()
 
 
 def on_dask(tasks: Iterable[Task], address: str) -> Iterator[tuple[int, Values]]:
@@ -110,7 +97,3 @@ def on_dask(tasks: Iterable[Task], address: str) -> Iterator[tuple[int, Values]]
             yield numbers.pop(future.key), values
             for new in submit(1):
                 arriving.add(new)
-
-
-def cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

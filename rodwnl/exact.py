@@ -8,7 +8,7 @@ to be lost.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -108,8 +108,9 @@ def exact_threshold(rod: RodParameters, force: Scalar, omega: Scalar, digits: in
         lower, working = working, working + GUARD
         fine = _evaluate(rod, coarse.force, coarse.omega, working)
         with mp.workdps(working):
-            agreement = _agreement(coarse, fine)
-            if agreement >= digits + 2 and _texts(coarse, digits) == _texts(fine, digits):
+            numbers = _numbers(coarse), _numbers(fine)
+            agreement = digits_agreed(*numbers)
+            if agreement >= digits + 2 and same_texts(*numbers, digits):
                 _require_consistent(fine, digits)
                 return _record(fine, digits, working, agreement)
         lost = lower - int(agreement)
@@ -144,20 +145,19 @@ def _require_consistent(c: Coefficients, digits: int) -> None:
         )
 
 
-def _agreement(a: Coefficients, b: Coefficients) -> float:
-    """Digits to which two evaluations agree, in the worst of force, ω and the parts of α and β."""
-    pairs = zip(_numbers(a), _numbers(b), strict=True)
-    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in pairs if x != y]
+def digits_agreed(a: Sequence[Scalar], b: Sequence[Scalar]) -> float:
+    """Digits to which two evaluations of some real numbers agree, in the worst of them."""
+    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in zip(a, b, strict=True) if x != y]
     return float(-mp.log10(max(differing))) if differing else float("inf")
+
+
+def same_texts(a: Sequence[Scalar], b: Sequence[Scalar], digits: int) -> bool:
+    """Whether both round alike: agreement alone does not decide the last digit of a number near a tie."""
+    return all(digits_text(x, digits) == digits_text(y, digits) for x, y in zip(a, b, strict=True))
 
 
 def _numbers(c: Coefficients) -> list[Scalar]:
     return [c.force, c.omega, c.alpha.real, c.alpha.imag, c.beta.real, c.beta.imag, *_slopes(c)]
-
-
-def _texts(c: Coefficients, digits: int) -> list[str]:
-    """The rounded numbers: agreement alone does not decide the last digit of one close to a tie."""
-    return [digits_text(x, digits) for x in _numbers(c)]
 
 
 def digits_text(value: Scalar, digits: int) -> str:

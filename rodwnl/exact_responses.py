@@ -26,7 +26,7 @@ from rodwnl.closedform import (
 )
 from rodwnl.closedresponses import ClosedResponses, cramer
 from rodwnl.errors import ComputationError
-from rodwnl.exact import GUARD, MpNumbers, checked_digits, refine_threshold
+from rodwnl.exact import GUARD, MpNumbers, checked_digits, digits_agreed, refine_threshold, same_texts
 from rodwnl.fields import Exponents, Field, Key, Scalar
 from rodwnl.parameters import RodParameters
 from rodwnl.responses import HIGHEST, Pool, derived_from, terms
@@ -56,8 +56,9 @@ def exact_amplitude_equation(
 ) -> ExactAmplitudeEquation:
     """The coefficients through order 5 at the threshold near (force, omega), to `digits` correct digits.
 
-    Correct: two working precisions agree on them. Raises InputError for digits outside 1…10000 and
-    ComputationError when there is no threshold near the approximation or the digits cannot be reached.
+    Correct: two working precisions agree on all of them and round alike. Raises InputError for digits outside
+    1…10000 and ComputationError when there is no threshold near the approximation or the digits cannot be
+    reached.
     """
     digits = checked_digits(digits)
     require_uniform(rod, "the exact route")
@@ -67,19 +68,18 @@ def exact_amplitude_equation(
         working += GUARD
         fine = _evaluate(rod, coarse.force, coarse.omega, digits, working)
         with mp.workdps(working):
-            if _agreement(coarse, fine) >= digits + 2:
+            numbers = _numbers(coarse), _numbers(fine)
+            if digits_agreed(*numbers) >= digits + 2 and same_texts(*numbers, digits):
                 return fine
         coarse, working = fine, working + digits
     raise ComputationError(f"{digits} digits were not reached at order {HIGHEST}")
 
 
-def _agreement(a: ExactAmplitudeEquation, b: ExactAmplitudeEquation) -> float:
-    """Digits to which two evaluations agree in the worst number."""
-    pairs = [(a.A_tip2_curvature, b.A_tip2_curvature), (a.omega_curvature, b.omega_curvature)]
-    for name, c in a.coefficients.items():
-        pairs += [(c.real, b.coefficients[name].real), (c.imag, b.coefficients[name].imag)]
-    differing = [abs(x - y) / max(abs(x), abs(y)) for x, y in pairs if x != y]
-    return float(-mp.log10(max(differing))) if differing else float("inf")
+def _numbers(e: ExactAmplitudeEquation) -> list[Scalar]:
+    """Every real number in it."""
+    both = [*e.coefficients.values(), e.third_harmonic]
+    slopes = [e.A_tip2_slope, e.A_tip2_curvature, e.omega_slope, e.omega_curvature]
+    return [e.force, e.omega, *slopes, *(part for c in both for part in (c.real, c.imag))]
 
 
 def _evaluate(

@@ -272,9 +272,10 @@ def _turn(piece: Value, start: Value, end: Value) -> Scalar | None:
     """The change of arg D along a piece of the contour, or None if the ball D(piece) does not exclude 0.
 
     A ball without 0 lies in a half-plane, so there the argument changes by less than π. Where the growth
-    e^{r1 + r2} is analytic its turn is known exactly and only the rest has to exclude 0.
+    e^{r1 + r2} is analytic, and of one branch at the ends, its turn is known exactly and only the rest has to
+    exclude 0.
     """
-    if piece.settled and _excludes_0(piece.scaled):
+    if piece.settled and start.settled and end.settled and _excludes_0(piece.scaled):
         return (end.scaled / start.scaled).arg() + (end.growth - start.growth).imag
     if _excludes_0(piece.whole):
         return (end.whole / start.whole).arg()

@@ -60,6 +60,11 @@ def own_parameters(model: str) -> dict[str, str]:
     return dict(getattr(import_module(package), "PARAMETERS", {}))
 
 
+def is_uniform(model: str) -> bool:
+    """Whether its straight rod has the same stretch everywhere: then exponentials are emitted for it."""
+    return hasattr(load(model), "boundary_column")
+
+
 def title(model: str) -> str:
     """The line that describes this rod."""
     _, package = _package(model)

@@ -54,7 +54,7 @@ def order_entry(equation: AmplitudeEquation) -> dict[str, Any]:
         "order": 5,
         **{name: _pair(equation.coefficients[c]) for name, c in LETTERS.items()},
         **{name: repr(getattr(equation, name)) for name in CURVATURES},
-        "third_harmonic": _pair(equation.third_harmonic),
+        "third_harmonic": None if equation.third_harmonic is None else _pair(equation.third_harmonic),
         "fold": None if fold is None else {"force": repr(fold.force), "A_tip": repr(fold.A_tip)},
         "order_error": error,
     }

@@ -4,12 +4,10 @@ import json
 import sys
 from collections.abc import Iterable, Sequence
 from decimal import ROUND_CEILING, Context, Decimal
+from math import isfinite
 from typing import Any
 
-from rich.box import SIMPLE
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+from rodwnl.errors import ComputationError
 
 _PIPED_WIDTH = 100_000  # wide enough for every table: what goes to a file is never folded or cut
 _ROUNDING = Context(prec=400)  # quantize needs room for every digit of a double
@@ -22,6 +20,11 @@ def print_json(document: Any) -> None:
 
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
     """Print a table, numbers right-aligned; folded only where a terminal is too narrow for it."""
+    from rich.box import SIMPLE  # 80 ms that --json does not need
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
     console = Console(width=None if sys.stdout.isatty() else _PIPED_WIDTH, highlight=False, markup=False)
     table = Table(box=SIMPLE, title=Text(title, style="bold") if title else None, title_justify="left")
     for heading in headings:
@@ -39,8 +42,8 @@ def number(value: float, error: float = 0.0, digits: int = 12) -> str:
     number(1 / 3, 1e-5) is 0.3333, number(12345.678, 2) is 1.235e+4, and number(1e-9, 1e-6) is 0.00000.
     """
     exact = Decimal(repr(float(value)))
-    if not exact.is_finite():
-        raise ValueError(f"{value} is not a number to print")
+    if not (exact.is_finite() and isfinite(error)):
+        raise ComputationError(f"{value} with the error {error} is not a number to print")
     place = exact.adjusted() - digits + 1
     if error:
         place = max(place, _certain(error))

@@ -54,7 +54,7 @@ class AmplitudeEquation:
 
     coefficients: c_pqr by name, c210 = α, c101 = β1, c102 = β2, c211 = α', c320 = α5; errors alike. α' and
     Im α5 depend on the gauge of Y210, Re α5 where Re α = 0 does not. third_harmonic: Y300(1), so that the tip
-    moves by 2 Re(A e^{iωt} + third_harmonic A³ e^{3iωt} + …).
+    moves by 2 Re(A e^{iωt} + third_harmonic A³ e^{3iωt} + …); None at order 3.
     A_tip2_slope, A_tip2_curvature, omega_slope, omega_curvature: A_tip² = slope δ + curvature δ² + …, ω − ω_c
     likewise, along the branch of limit cycles (curvatures: None at order 3); A_tip is half the peak-to-peak
     displacement of the tip. fold: None where the branch does not turn, and at order 3.
@@ -64,7 +64,7 @@ class AmplitudeEquation:
     omega: float
     coefficients: Mapping[str, complex]
     errors: Mapping[str, float]
-    third_harmonic: complex
+    third_harmonic: complex | None
     A_tip2_slope: float
     A_tip2_curvature: float | None
     omega_slope: float
@@ -194,7 +194,7 @@ def _fold(force: float, solved: _Solved) -> Fold | None:
     predicted = derived_from(solved.coefficients, solved.third_harmonic)
     c2, c1, c0 = predicted("fold_polynomial")
     discriminant = c1**2 - 4 * c2 * c0
-    if discriminant < 0:
+    if discriminant < 0 or solved.third_harmonic is None:
         return None
     detuning = -2 * c0 / (c1 + np.copysign(np.sqrt(discriminant), c1))
     squared = predicted("fold_modulus_squared", detuning=detuning)
@@ -207,7 +207,7 @@ def _fold(force: float, solved: _Solved) -> Fold | None:
 
 def derived_from(coefficients: Mapping[str, Any], third_harmonic: Any) -> Callable[..., Any]:
     """The emitted predictions by name, at these coefficients, in whichever numbers they are."""
-    parts: Pool = {"third_re": third_harmonic.real}
+    parts: Pool = {} if third_harmonic is None else {"third_re": third_harmonic.real}
     for name, symbol in LETTERS.items():
         if symbol in coefficients:
             c = coefficients[symbol]
@@ -246,7 +246,7 @@ def is_resonant(index: Index, steady: bool = False) -> bool:
 @dataclass(frozen=True)
 class _Solved:
     coefficients: dict[str, complex]
-    third_harmonic: complex
+    third_harmonic: complex | None
 
 
 class Responses:
@@ -296,7 +296,8 @@ class Responses:
                 matrix = self._transverse(lam) if len(names) == 2 else self._longitudinal(lam)
                 solution = _solve(matrix, right)
             self._keep(solution, names)
-        return _Solved(coefficients, complex(self.at_tip.get("Y300", float("nan"))))
+        third_harmonic = complex(self.at_tip["Y300"]) if "Y300" in self.at_tip else None
+        return _Solved(coefficients, third_harmonic)
 
     def _longitudinal(self, lam: complex) -> Complex:
         """λΓ − M and S on X: unknowns X'' at the nodes and X'(0)."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DEGREES = (16, 24, 32, 48, 64)  # what `nodes="auto"` tries; more would only add round-off
-FEWEST_NODES, MOST_NODES = 8, 128
+MOST_NODES = 128
 RESOLVED = 1e-6  # relative size of the last Chebyshev coefficients with which a grid is fine enough
 SAMPLES_PER_PERIOD = 32
 FRAMES = 256  # the last samples, for which the whole shape is kept

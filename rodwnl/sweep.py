@@ -22,10 +22,11 @@ import numpy as np
 from rodwnl import __version__, kernels
 from rodwnl.batch import ACCURACY, MOST, PER_ROD, Status
 from rodwnl.batch_characteristic import Real
-from rodwnl.engines import Values, cores, on_dask, on_this_machine
+from rodwnl.engines import Values, on_dask, on_this_machine
 from rodwnl.errors import InputError
 from rodwnl.grids import Block, Grid
 from rodwnl.storage import file_attributes, replacing, require, require_writable
+from rodwnl.workers import cores
 
 BLOCK = 8192  # rods
 MOST_REASONS = 1000  # kept in the file

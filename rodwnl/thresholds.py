@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rodwnl import kernels
 from rodwnl.collocated import (
     EPS,
     Eigenpair,
@@ -30,7 +31,6 @@ from rodwnl.quadrature import Nodes, gauss_legendre
 from rodwnl.scan import undecided
 from rodwnl.spectrum import CONVERGED, MOST_STEPS, HopfThreshold
 from rodwnl.straightrod import ENDS, straight_rod
-from rodwnl.uniformrod import is_uniform
 
 MORE_NODES = 16  # what every threshold is compared with
 MOST_NODES = 400
@@ -67,7 +67,7 @@ class Collocation:
 
     def settled(self, low: float, high: float) -> tuple[bool, float | None]:
         """As `Route` says: a real eigenvalue near 0, by the closed form of steady crossings."""
-        if not is_uniform(self.rod):
+        if not kernels.is_uniform(self.rod.model):
             return False, None
         from rodwnl.steady import extremum  # mpmath, which few rods need here
 
@@ -89,7 +89,7 @@ class Collocation:
 
     def threshold(self, low: float, high: float, force: float, omega: float) -> HopfThreshold:
         """As `Route` says. Raises ComputationError where Newton's method leaves the interval."""
-        if omega == 0 and is_uniform(self.rod):
+        if omega == 0 and kernels.is_uniform(self.rod.model):
             return _steady(self.rod, low, high, force)
         nodes = nodes_at(self.rod, force, omega)
         coarse = _newton(self.rod, low, high, force, omega, nodes)

@@ -34,14 +34,9 @@ class Numbers(Arithmetic, Protocol):
         """ν with F1(ν) + F = 0. balance: (F, ν) -> (F1 + F, K1); start: the float64 solution at a force."""
 
 
-def is_uniform(rod: RodParameters) -> bool:
-    """Whether the straight rod has the same stretch everywhere: then exponentials are emitted for it."""
-    return hasattr(kernels.load(rod.model), "boundary_column")
-
-
 def require_uniform(rod: RodParameters, what: str) -> None:
     """InputError unless the modes are exponentials; `what` is computed from those."""
-    if not is_uniform(rod):
+    if not kernels.is_uniform(rod.model):
         raise InputError(
             f"{what} needs modes that are exponentials, that is a straight rod with the same stretch "
             f"everywhere; that of {rod.model_name!r} varies along it under its distributed load: "

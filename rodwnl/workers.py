@@ -22,7 +22,7 @@ def processes(count: int | None = None) -> Iterator[Executor]:
     A script that uses it needs the guard `if __name__ == "__main__":`. Raises ComputationError where a
     process was killed.
     """
-    with ProcessPoolExecutor(count or cores(), multiprocessing.get_context("spawn"), _begin) as pool:
+    with ProcessPoolExecutor(count or cores(), multiprocessing.get_context("spawn"), begin) as pool:
         try:
             yield pool
         except BrokenProcessPool:
@@ -37,7 +37,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _begin() -> None:
+def begin() -> None:
     """A worker ends silently on Ctrl-C, and when the command that started it is gone, killed perhaps."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = multiprocessing.parent_process()

@@ -43,11 +43,12 @@ def command(
     if file != "-":
         require_apart(Path(file), model)
         require_writable(Path(file))
-    numbers = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1, "parameter": parameter}
+    numbers: dict[str, Any] = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1, "parameter": parameter}
     if form == AUTO:
         text = _auto(model, numbers, 1 if threshold is None else threshold)
     else:
-        if given := [name for name, value in (numbers | {"threshold": threshold}).items() if value]:
+        numbers |= {"threshold": threshold}
+        if given := [name for name, value in numbers.items() if value not in (None, [])]:
             raise InputError(f"--format {form} holds no numbers: leave out --{', --'.join(given)}")
         text = _symbolic(model, form)
     if file == "-":

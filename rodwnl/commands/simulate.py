@@ -17,6 +17,7 @@ from rodwnl.report import heading, rod_document, rod_sentence, scale, with_unit
 
 if TYPE_CHECKING:
     from rodwnl.readout import Reading
+    from rodwnl.reduced import ReducedModel
     from rodwnl.simulation import Progress, Simulation
 
 INTERRUPTED = 130
@@ -56,6 +57,8 @@ def command(
     chosen = _nodes(nodes)
     tolerance = float(positive("rtol", rtol))
     _require_writable(out, overwrite, animate, expected_size(rod, exact, duration))
+    # It may be refused; a run that is finished is not to be lost then.
+    model = _reduced_model(rod, exact) if reduced else None
     with _progress("simulating") as progress:
         run = simulate(rod, exact, duration, perturbation, chosen, tolerance, progress)
     if out is not None:
@@ -67,9 +70,9 @@ def command(
         from rodwnl.animation import film
 
         film(run, animate)
-    readings = {"full rod": run.reading}
-    if reduced:
-        readings["reduced model"] = _reduced(run)
+    readings: dict[str, Reading | None] = {"full rod": run.reading}
+    if model is not None:
+        readings["reduced model"] = _reduced(model, run)
     if check and run.complete:
         again: dict[str, dict[str, Any]] = {
             "twice the time": {"time": 2 * duration},
@@ -127,20 +130,28 @@ def _progress(what: str) -> "Iterator[Progress | None]":
         yield lambda done: bar.update(task, completed=done)
 
 
-def _reduced(run: "Simulation") -> "Reading":
-    """The amplitude equation from the same perturbation, read like the simulation."""
-    import numpy as np
-
-    from rodwnl.readout import read
+def _reduced_model(rod: RodParameters, force: Fraction) -> "ReducedModel":
     from rodwnl.reduced import reduced_model
 
-    model = reduced_model(run.rod, run.force)
+    return reduced_model(rod, force)
+
+
+def _reduced(model: "ReducedModel", run: "Simulation") -> "Reading | None":
+    """The amplitude equation from the same perturbation, read like the run; None where it runs away."""
+    import numpy as np
+
+    from rodwnl.errors import ComputationError
+    from rodwnl.readout import read
+
     wave = run.perturbation * np.sin(np.pi * model.u / 2)
-    A = model.transient(model.amplitude(wave, wave), run.time)
+    try:
+        A = model.transient(model.amplitude(wave, wave), run.time)
+    except ComputationError:
+        return None
     return read(run.time, 2 * (A * np.exp(1j * model.coefficients.omega * run.time)).real)
 
 
-def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -> None:
+def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading | None]") -> None:
     rod = run.rod
     time = run.time[-1] * (float(rod.scales.time) if rod.scales else 1.0)
     print(rod_sentence(rod))
@@ -152,10 +163,13 @@ def _print(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -
     )
     full = run.reading
     print(_STATES.get(full.state) or _not_finished(run))
-    buckled = any(reading.state == "buckled" for reading in readings.values())
+    buckled = any(reading and reading.state == "buckled" for reading in readings.values())
     names = ("A_tip", "omega", "y_tip") if buckled else ("A_tip", "omega")
     rows = []
     for name, reading in readings.items():
+        if reading is None:
+            rows.append([name, RUNS_AWAY, *["-"] * (len(names) * (1 + (len(readings) > 1)))])
+            continue
         values = [_cell(rod, n, getattr(reading, n), getattr(reading, f"{n}_error")) for n in names]
         changes = [
             _relative(getattr(reading, n), getattr(full, n)) if reading is not full else "" for n in names
@@ -171,6 +185,8 @@ def _cell(rod: RodParameters, name: str, value: float | None, error: float | Non
         return "-"
     return measured(value * scale(rod, name), error * scale(rod, name))
 
+
+RUNS_AWAY = "leaves every bound"  # the amplitude equation, where its cubic term drives and does not limit
 
 _STATES = {
     "settled": "The oscillation has settled.",
@@ -191,7 +207,7 @@ def _relative(value: float | None, reference: float | None) -> str:
     return "-" if value is None or not reference else f"{value / reference - 1:+.1e}"
 
 
-def _document(run: "Simulation", force: Fraction, readings: "dict[str, Reading]") -> dict[str, Any]:
+def _document(run: "Simulation", force: Fraction, readings: "dict[str, Reading | None]") -> dict[str, Any]:
     entries = {name.replace(" ", "_"): _entry(reading) for name, reading in readings.items()}
     return rod_document(run.rod) | {
         "force": decimal_text(force),
@@ -211,7 +227,9 @@ def _document(run: "Simulation", force: Fraction, readings: "dict[str, Reading]"
     }
 
 
-def _entry(reading: "Reading") -> dict[str, Any]:
+def _entry(reading: "Reading | None") -> dict[str, Any]:
+    if reading is None:
+        return {"state": RUNS_AWAY}
     names: tuple[str, ...] = ("A_tip", "A_tip_error", "omega", "omega_error", "growth")
     if reading.state == "buckled":
         names += ("y_tip", "y_tip_error")

@@ -8,6 +8,7 @@ from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from threading import Lock
 from typing import Any, cast
 from urllib.parse import parse_qs, urlsplit
 
@@ -36,13 +37,14 @@ class Handler(BaseHTTPRequestHandler):
 
     model, own: the rod, and the parameters that only it has, with the values to begin with. newest: the
     number of the newest question of every page; a branch of orbits that an older one asked for is given up.
+    alone: questions are answered one at a time, for the working precision of mpmath and Arb is everybody's.
     """
 
     protocol_version = "HTTP/1.1"
     server_version = "rodwnl"
 
-    def __init__(self, *arguments: Any, model: str, own: Own, newest: dict[str, int]) -> None:
-        self.model, self.own, self.newest = model, own, newest
+    def __init__(self, *arguments: Any, model: str, own: Own, newest: dict[str, int], alone: Lock) -> None:
+        self.model, self.own, self.newest, self.alone = model, own, newest, alone
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
@@ -65,7 +67,9 @@ class Handler(BaseHTTPRequestHandler):
             given = {name: values[-1] for name, values in parse_qs(address.query).items()}
             page, asked = given.get("page", ""), _whole("question", given.get("question", "0"))
             self.newest[page] = max(asked, self.newest.get(page, 0))
-            self._json(HTTPStatus.OK, question(given))
+            with self.alone:
+                answer = question(given)
+            self._json(HTTPStatus.OK, answer)
         except (InputError, ComputationError) as error:
             self._json(HTTPStatus.BAD_REQUEST, {"error": str(error)})
 
@@ -114,7 +118,8 @@ def _whole(name: str, text: str) -> int:
 def serve(port: int = 0, model: str = PLAIN, own: Own = ()) -> ThreadingHTTPServer:
     """A server bound to 127.0.0.1 and this port (0: any free one). Raises InputError if it is taken."""
     try:
-        server = ThreadingHTTPServer((HOST, port), partial(Handler, model=model, own=own, newest={}))
+        handler = partial(Handler, model=model, own=own, newest={}, alone=Lock())
+        server = ThreadingHTTPServer((HOST, port), handler)
     except OSError as error:
         raise InputError(f"cannot listen on {HOST}:{port}: {error.strerror}; give another --port") from None
     server.daemon_threads = True

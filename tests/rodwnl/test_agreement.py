@@ -57,6 +57,10 @@ def test_a_run_goes_on_where_it_was_cut_off(tmp_path, monkeypatch, capsys):
     assert code == 0
     assert text.startswith("4 rods: ")
     assert "0 wrong" in text
+    file.write_text(file.read_text() + '{"index": 4, "rod"')
+    assert run("--count", "6", "--shard", "1/2")[1].startswith("5 rods: ")
+    assert run("--count", "6", "--shard", "1/2")[1].startswith("5 rods: ")
+    assert computed == [1, 3, 4]
 
 
 def test_a_wrong_rod_makes_the_run_fail(tmp_path):

@@ -50,6 +50,16 @@ def test_special_curves_separate_what_they_should(sheet):
     assert landau_batch(k1 * np.array([1 - 1e-6, 1 + 1e-6]), k2, gamma3).count.tolist() == [0, 2]
 
 
+def test_too_many_curves_of_one_kind_do_not_end_the_search_for_the_other(sheet, monkeypatch):
+    rod = {"k1": 200.0, "k2": 1e4, "gamma3": 1e-4, "gamma1": 0.5}
+    kinds = ("closing", "closing", "bautin")
+    monkeypatch.setattr(atlas, "_changes", lambda *_: [(kind, rod, 50.0, 400.0) for kind in kinds])
+    monkeypatch.setattr(atlas, "MOST_CURVES", 0)
+    said = []
+    assert list(atlas.special_curves(SMALL, sheet.data, said.append)) == []
+    assert [line.split()[5] for line in said] == ["closing", "bautin"]
+
+
 def test_a_witness_agrees_with_the_theory(monkeypatch):
     monkeypatch.setattr(atlas, "WITNESSES", atlas.WITNESSES[2:3])
     (witness,) = atlas.witnesses()

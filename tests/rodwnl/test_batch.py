@@ -337,3 +337,9 @@ def test_few_lines_see_what_many_see(monkeypatch):
     many = landau_batch(k1, k2, gamma3)
     assert np.array_equal(few.count, many.count)
     np.testing.assert_allclose(few.force, many.force, rtol=1e-9)
+
+
+def test_the_last_force_may_be_a_text():
+    assert landau_batch(1e4, 1e4, 1e-4, max_force="40").count == 1
+    with pytest.raises(InputError, match="max_force is 'x'"):
+        landau_batch(1e4, 1e4, 1e-4, max_force="x")

@@ -10,6 +10,7 @@ import pytest
 from rodwnl import branches, cli, coexistence
 from rodwnl.branches import Branch, BranchPoint, branch
 from rodwnl.coexistence import bistability, periodic_orbits, straight_is_stable
+from rodwnl.continuation import ConvergenceError
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.normalform import normal_form
 from rodwnl.orbits import orbit_at
@@ -135,6 +136,14 @@ def test_a_branch_stops_where_it_is_told_to():
     few = branch(STIFF, 37.66, 191.2, most_points=2)
     assert (few.end, len(few.points)) == ("number of points", 2)
     assert few.points[-1].cycle.tip_amplitude == pytest.approx(few.last.tip_amplitude)
+
+
+def test_a_branch_takes_its_numbers_as_texts_and_refuses_others():
+    few = branch(STIFF, "37.66", "191.2", until="38.25", locate_events=False)
+    assert (few.end, few.last.force) == ("force asked for", 38.25)
+    for arguments, name in ((("a", 191.2), "force"), ((37.66, -1), "omega"), ((37.66, 191.2, "x"), "until")):
+        with pytest.raises(InputError, match=f"{name} is"):
+            branch(STIFF, *arguments)
 
 
 def test_a_subcritical_branch_begins_unstable_on_the_stable_side():
@@ -266,3 +275,26 @@ def test_a_fold_next_to_a_hopf_point_is_seen_from_either_end():
     assert fold.force == pytest.approx(87.8698086052, abs=1e-7)
     # Stable up to the fold, unstable from there to the threshold.
     assert [stable for _, stable in from_below.path][-3:-1] == [True, False]
+
+
+def test_an_event_that_cannot_be_refined_is_kept_with_its_error(monkeypatch):
+    def fails(*_):
+        raise ConvergenceError("no")
+
+    monkeypatch.setattr(branches, "locate", fails)
+    found = branch(RodParameters(150.9, 1e4, 1e-4), 87.863223, 1049.660273, most_points=6)
+    (fold,) = found.folds
+    assert len(found.points) == 6
+    assert 1e-6 < abs(fold.force - 87.8698086052) < fold.error
+
+
+def test_an_end_that_cannot_be_solved_for_keeps_the_points(monkeypatch):
+    def fails(*_):
+        raise ConvergenceError("no")
+
+    monkeypatch.setattr(branches, "solve_at", fails)
+    found = branch(STIFF, 37.66, 191.2, until=38.25)
+    assert found.end == "not resolved"
+    assert found.points
+    assert found.last.force == pytest.approx(found.points[-1].cycle.force, rel=1e-12)
+    assert found.last.force < 38.25

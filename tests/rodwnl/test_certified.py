@@ -10,7 +10,7 @@ from rodwnl.balls import BallNumbers, enclosure, relative_accuracy, square_root,
 from rodwnl.certified import certify_threshold
 from rodwnl.errors import ComputationError, InputError
 from rodwnl.exact import exact_threshold
-from rodwnl.halfplane import characteristic, count_right_of, unstable_region
+from rodwnl.halfplane import Value, _turn, characteristic, count_right_of, unstable_region
 from rodwnl.isolation import DecimalBox, steady_box, steady_enclosure, tight_box, uniqueness_box
 from rodwnl.linearrod import linear_rod
 from rodwnl.parameters import RodParameters
@@ -218,3 +218,19 @@ def test_a_steady_crossing_lies_in_the_printed_interval_too():
     assert printed.balls.force.contains(steady_enclosure(rod, near, 25, steady_box(rod, near)))
     with pytest.raises(ComputationError, match="not proved: an enclosure"):
         steady_enclosure(rod, near, 25, printed)
+
+
+def test_the_growth_turns_exactly_only_where_all_of_it_is_of_one_branch():
+    one = flint.acb(1)
+    piece, start = Value(one, flint.acb(1, flint.arb(0, 4)), True), Value(one, flint.acb(0, -3), False)
+    end = Value(one, flint.acb(0, "3.1"), True)
+    assert _turn(piece, start, end) is None
+    piece = Value(one, flint.acb(0, flint.arb(3, "0.2")), True)
+    assert abs(_turn(piece, start, end) - (flint.arb("6.1") - 2 * flint.arb.pi())) < 1e-20
+    assert abs(_turn(piece, Value(one, flint.acb(0, 3), True), end) - flint.arb("0.1")) < 1e-20
+
+
+def test_a_ball_that_contains_0_has_the_middle_0():
+    assert enclosure(flint.arb(0, 1e-10), 10)["mid"] == "0"
+    assert float(enclosure(flint.arb(1e-12, 1e-10), 10)["rad"]) >= 1.01e-10
+    assert enclosure(flint.arb(2), 10) == {"mid": "2.000000000", "rad": "0"}

@@ -1,6 +1,7 @@
 """The proof that no threshold is missing: it succeeds, counts, and fails where a threshold is withheld."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import mpmath as mp
@@ -9,10 +10,11 @@ import pytest
 pytest.importorskip("flint", reason="python-flint, the extra `certified`, is not installed")
 
 from rodwnl import RodParameters, cli, completeness
-from rodwnl.balls import working_bits
-from rodwnl.completeness import certify_complete, prove_complete, require_below
+from rodwnl.balls import flint, working_bits
+from rodwnl.completeness import _Piece, certify_complete, prove_complete, require_below
 from rodwnl.errors import ComputationError
-from rodwnl.isolation import steady_box, uniqueness_box
+from rodwnl.halfplane import Value
+from rodwnl.isolation import Box, steady_box, uniqueness_box
 from rodwnl.spectrum import hopf_thresholds
 from rodwnl.steady import steady_force
 
@@ -73,6 +75,24 @@ def test_the_command_states_it(capsys):
     assert json.loads(capsys.readouterr().out)["complete"]["crossings"] == 0
     assert cli.run([*rod, "--complete"]) == 2
     assert "belongs to --certified" in capsys.readouterr().err
+
+
+def test_a_zero_is_not_excluded_by_slopes_of_another_branch(monkeypatch):
+    """D = λ − i, at the centre of the box without a growth of e^{−5}: as such it would be far from 0."""
+
+    def characteristic(rod, lam):
+        D = lam - flint().acb(0, 1)
+        if rod == "middle":
+            return Value(D * flint().acb(5).exp(), flint().acb(-5), False)
+        series = D if rod == "here" else flint().acb_series([D, 0])
+        return Value(series, 0 * series, False)
+
+    monkeypatch.setattr(completeness, "characteristic", characteristic)
+    box = Box(flint().arb(1, "0.1"), flint().arb("1.05", "0.1"))
+    with working_bits(64):
+        assert completeness._excluded(_Piece(box, "here", "middle", "series")) == (False, False)
+        clear = replace(box, omega=flint().arb("1.2", "0.1"))
+        assert completeness._excluded(_Piece(clear, "here", "middle", "series"))[0]
 
 
 BUCKLES = RodParameters("1e4", "1e2", "1e-2", model="partial_follower", chi="0.3")

@@ -71,6 +71,20 @@ def test_the_fold_of_a_subcritical_branch_is_located():
     assert point.X[0] ** 2 > 0.5
 
 
+def test_a_steep_event_is_located_between_two_signs():
+    system = Subcritical()
+    point = solve_at(system, np.array([0.3, -0.03]), 0, 0.2)
+
+    def event(at):
+        return float(np.tanh(1e3 * (at.X[0] - 0.23)))
+
+    with pytest.raises(ConvergenceError):
+        locate(system, point, event, 0.02, 1e-6)
+    found, distance = locate(system, point, event, 0.02, 1e-6, 0.1)
+    assert found.X[0] == pytest.approx(0.23, abs=1e-6)
+    assert 0 < distance < 0.1
+
+
 def test_no_solution_is_said_so():
     with pytest.raises(ConvergenceError, match="Newton's iteration"):
         solve_at(Circle(), np.array([0.5, 0.5]), 0, 2.0)

@@ -6,6 +6,7 @@ import pytest
 
 from rodwnl import RodParameters, cli, curves, hopf_thresholds, landau, landau_batch
 from rodwnl.batch_coefficients import Coefficients
+from rodwnl.continuation import ConvergenceError
 from rodwnl.curves import SpecialPoint, equations, special_curve, special_point, threshold_curve
 from rodwnl.errors import ComputationError
 from rodwnl.exact import exact_threshold, refine_threshold
@@ -174,6 +175,19 @@ def test_double_points_of_a_toy(toy, monkeypatch):
     assert curve.force == pytest.approx(curve.rods["k1"], rel=1e-12)
     assert point.type == "double"
     assert (point.rod["k1"], point.force, point.omega, point.omega2) == pytest.approx((1, 1, 1, 2), rel=1e-12)
+
+
+def test_special_points_that_cannot_be_refined_are_kept_with_their_error(upper, monkeypatch):
+    def fails(*_):
+        raise ConvergenceError("no")
+
+    monkeypatch.setattr(curves, "locate", fails)
+    t = hopf_thresholds(ROD)[1]
+    _, rough = threshold_curve(ROD, "k1", (t.force, t.omega), 140.0)
+    for a, b in zip(rough, upper[1], strict=True):
+        assert a.type == b.type
+        assert abs(a.force / b.force - 1) < a.error
+        assert a.error > 1e-3 > b.error
 
 
 # ---- the command

@@ -1,9 +1,13 @@
 """Order 5 in closed form: against the quadrature route, and its particular solutions term by term."""
 
+from dataclasses import replace
+
 import mpmath as mp
 import pytest
 
-from rodwnl import InputError, RodParameters, landau
+from rodwnl import InputError, RodParameters, exact_responses, landau
+from rodwnl.errors import ComputationError
+from rodwnl.exact import digits_agreed, same_texts
 from rodwnl.exact_responses import _ExactResponses, exact_amplitude_equation
 from rodwnl.responses import amplitude_equation
 
@@ -32,6 +36,28 @@ def test_agrees_with_the_quadrature_route(rod, threshold):
     assert near.A_tip2_curvature == pytest.approx(float(exact.A_tip2_curvature), rel=1e-9)
     assert near.omega_curvature == pytest.approx(float(exact.omega_curvature), rel=1e-9)
     assert near.third_harmonic == pytest.approx(complex(exact.third_harmonic), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["third_harmonic", "A_tip2_slope", "omega_slope", "omega"])
+def test_every_number_must_agree(rod, threshold, monkeypatch, name):
+    """One that never settles is not given out, whichever it is."""
+    evaluate, calls = exact_responses._evaluate, []
+
+    def unsettled(*arguments):
+        calls.append(1)
+        found = evaluate(*arguments)
+        return replace(found, **{name: getattr(found, name) * (1 + mp.mpf(len(calls)) / 10**5)})
+
+    monkeypatch.setattr(exact_responses, "_evaluate", unsettled)
+    monkeypatch.setattr(exact_responses, "ATTEMPTS", 1)
+    with pytest.raises(ComputationError, match="4 digits were not reached at order 5"):
+        exact_amplitude_equation(rod, threshold.threshold.force, threshold.omega, 4)
+
+
+def test_a_number_near_a_tie_is_not_rounded_by_agreement_alone():
+    below, above = mp.mpf("1.24999999"), mp.mpf("1.25000001")
+    assert digits_agreed([below], [above]) > 7
+    assert not same_texts([below], [above], 2)
 
 
 @pytest.mark.parametrize("harmonic", [1, 3])

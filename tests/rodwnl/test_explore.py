@@ -7,6 +7,7 @@ import sys
 from contextlib import contextmanager
 from http.client import HTTPConnection
 from threading import Thread
+from time import sleep
 
 import pytest
 
@@ -51,6 +52,26 @@ def get(port, path, host=None):
 def question(port, path, **given):
     answer, body = get(port, f"{path}?" + "&".join(f"{name}={value}" for name, value in given.items()))
     return answer.status, json.loads(body)
+
+
+def test_questions_are_answered_one_at_a_time(port, monkeypatch):
+    """The working precision of mpmath is one for all threads."""
+    running, most = [], []
+
+    def slow(*_):
+        running.append(1)
+        most.append(len(running))
+        sleep(0.02)
+        running.pop()
+        return {}
+
+    monkeypatch.setattr("rodwnl.explore.server.state", slow)
+    threads = [Thread(target=question, args=(port, "/state"), kwargs=PAPER) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert most == [1, 1, 1, 1]
 
 
 def test_state_agrees_with_the_commands():

@@ -68,6 +68,7 @@ def test_file_and_standard_output_are_the_same(form, tmp_path, capsys):
         (["--format", "maple", "-"], "no format 'maple'; there are latex, mathematica, julia, c, jax, auto"),
         (["--format", "c", "--k1", "1", "-"], "--format c holds no numbers: leave out --k1"),
         (["--format", "latex", "--threshold", "2", "-"], "leave out --threshold"),
+        (["--format", "julia", "--threshold", "0", "-"], "leave out --threshold"),
         (["--format", "auto", "--k1", "1", "-"], "give --k2, --gamma3 too"),
         (
             ["--format", "auto", *ROD, "--threshold", "9", "-"],

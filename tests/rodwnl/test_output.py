@@ -1,12 +1,14 @@
 import io
 import json
 import math
+import subprocess
 import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rodwnl.errors import ComputationError
 from rodwnl.output import complex_number, measured, number, print_json, print_table
 
 
@@ -54,7 +56,9 @@ def test_the_last_printed_digit_is_within_one_of_the_truth(value, error, fractio
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_no_number_is_made_of_a_failure(value):
-    with pytest.raises(ValueError, match=f"{value} is not a number"):
+    with pytest.raises(ComputationError, match=r"1\.0 with the error (nan|inf) is not a number"):
+        number(1.0, value)
+    with pytest.raises(ComputationError, match=f"{value} with the error 0.0 is not a number"):
         number(value)
     with pytest.raises(ValueError, match="not JSON compliant"):
         print_json({"force": value})
@@ -84,3 +88,14 @@ def test_a_table_survives_an_output_that_knows_only_ascii(monkeypatch):
 def test_json_is_one_document(capsys):
     print_json({"force": "37.66", "name": "γ"})
     assert json.loads(capsys.readouterr().out) == {"force": "37.66", "name": "γ"}
+
+
+def test_json_loads_neither_rich_nor_mpmath():
+    code = (
+        "import sys; from rodwnl import cli\n"
+        "cli.run('hopf --model metric-drag --k1 200 --k2 1e4 --gamma3 1e-4 --max-force 60 --json'.split())\n"
+        "print(sorted({'rich.console', 'rich.table', 'mpmath'} & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr == "[]\n"
+    assert json.loads(done.stdout)["thresholds"]

@@ -180,6 +180,23 @@ def test_it_follows_another_rod_through_its_transient(capsys):
     assert reduced == pytest.approx(full, rel=0.05)
 
 
+def test_a_rod_without_threshold_is_refused_before_it_is_simulated(monkeypatch, capsys):
+    monkeypatch.setattr("rodwnl.simulation.simulate", lambda *_: pytest.fail("was simulated"))
+    rod = ["--k1", "10", "--k2", "1e4", "--gamma3", "1e-4"]
+    assert cli.run(["simulate", *rod, "--force", "5", "--reduced"]) == 2
+    assert "has no Hopf threshold" in capsys.readouterr().err
+
+
+def test_an_amplitude_that_runs_away_does_not_discard_the_run(capsys):
+    """Above its upper threshold the reentrant rod is bistable, and α drives."""
+    rod = ["--k1", "200", "--k2", "1e4", "--gamma3", "1e-4", "--nodes", "12", "--rtol", "1e-4"]
+    run = ["simulate", *rod, "--force", "157", "--perturbation", "0.6", "--time", "0.02", "--reduced"]
+    assert cli.run(run) == 0
+    assert "reduced model   leaves every bound" in capsys.readouterr().out
+    assert cli.run([*run, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reduced_model"] == {"state": "leaves every bound"}
+
+
 def test_a_rod_without_threshold_is_refused():
     with pytest.raises(InputError, match="has no Hopf threshold"):
         reduced_model(RodParameters(2, 2, "1e-4"), 1)

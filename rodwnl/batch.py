@@ -248,7 +248,10 @@ def _escalate(out: LandauBatch, rod: int, rods: Rods, max_force: float | None) -
     try:
         one = rods.one(rod)
         search = hopf_thresholds(one, max_force)
-        found = [_exact(one, t.force, t.omega) if uniform(one.model) else _collocated(one, t) for t in search]
+        found = [
+            _exact(one, t.force, t.omega) if kernels.is_uniform(one.model) else _collocated(one, t)
+            for t in search
+        ]
     except (ArithmeticError, ComputationError, InputError, np.linalg.LinAlgError) as error:
         _refuse(out, rod, str(error))
         return

@@ -215,7 +215,8 @@ def test_a_removal_that_is_cut_off_leaves_nothing_that_looks_whole(tmp_path, sma
     g, out = read_grid(small), tmp_path / f"out{suffix}"
     again = partial(sweeps.prepare, g, out, resume=False)
     old = out if suffix == ".zarr" else again(overwrite=False).parts
-    old.mkdir(exist_ok=True)
+    if suffix == ".zarr":
+        pytest.importorskip("zarr").open_group(out, mode="w").attrs.update(program="rodwnl", grid="")
     rmtree, calls = sweeps.shutil.rmtree, []
 
     def cut_off(path):

@@ -50,8 +50,7 @@ def _equation(f: Finding, report: Report) -> str:
     from derivation.paper.mathml import mathml
 
     e = f.row.equation
-    place = e.place or e.said
-    at = f'<span class="at">at {mathml(place, display="inline")}</span>' if place else ""
+    at = f'<span class="at">at {mathml(f.place, display="inline")}</span>' if f.place else ""
     return (
         f'<tr class="row {_class(f.row.status)}" id="{escape(e.label)}">'
         f'<td class="label">{escape(e.label)}<br><small>line {e.line}</small></td>'

@@ -28,6 +28,7 @@ class Finding:
         group: the part of the theory that the equation belongs to.
         difference: left minus right, empty when the equation holds.
         repair: for one that does not hold, the smallest edit that makes it hold.
+        place: where it holds, u = 0 or u = 1, if not everywhere.
         theirs: what was read, typeset again.
         derived: what the derivation has for the letter on the left, None when no single letter stands there.
         stage: the module of the derivation that it comes from.
@@ -37,6 +38,7 @@ class Finding:
     group: str
     difference: str
     repair: Repair | None
+    place: Relation | None
     theirs: str
     derived: Expr | None
     stage: str
@@ -88,12 +90,14 @@ def display_of(equation: Equation) -> str:
 
 def _finding(row: Row, notation: Notation, theory: Theory) -> Finding:
     wrong = row.status == "differs"
+    place = Lowering(row.equation, notation, theory).where
     return Finding(
         row,
         grouped(row.equation, notation, theory),
         formula(row.difference, notation) if row.difference else row.reason if wrong else "",
         repair(row, notation, theory) if wrong else None,
-        read_back(row.equation, Lowering(row.equation, notation, theory).where),
+        place,
+        read_back(row.equation, place),
         derived_form(row.equation, notation, theory),
         stage_of(row.equation, notation, theory),
     )

@@ -95,10 +95,11 @@ def landau_batch(
     k1, k2, gamma3, gamma1: of any shapes that broadcast. max_force: 400 unless given, and no farther than the
     straight rod goes. model: as of `RodParameters`; its own parameters by name in the same way, each its
     default unless it is given. A rod that cannot be computed, or whose parameters are not finite and positive
-    (its own: finite), has the status FAILED and a reason; the others are not affected. A rod's numbers do not depend on the rods beside it. Where the straight rod is not
-    uniform, under a load spread along it, every rod is computed by itself: about a second each. Raises
-    InputError for shapes that do not broadcast, for what are not real numbers, for a parameter that the model
-    does not have, and for a max_force that is not positive.
+    (its own: finite), has the status FAILED and a reason; the others are not affected. A rod's numbers do not
+    depend on the rods beside it. Where the straight rod is not uniform, under a load spread along it, every
+    rod is computed by itself: about a second each. Raises InputError for shapes that do not broadcast, for
+    what are not real numbers, for a parameter that the model does not have, and for a max_force that is not
+    positive.
     """
     given = {"k1": k1, "k2": k2, "gamma3": gamma3, "gamma1": gamma1}
     given |= {

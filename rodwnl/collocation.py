@@ -100,7 +100,7 @@ def _clenshaw_curtis(degree: int) -> Array:
 
 
 @dataclass(frozen=True)
-class DiscreteRod:
+class DisplacementRod:
     """The rod under one force on one grid. Built by `discretise`, moved to another force by `at_force`.
 
     A state q has shape (…, 3N): x, then y, then θ at the nodes except the clamp (any leading axes: many
@@ -248,11 +248,11 @@ class _Fields:
 
 def discretise(
     k1: float, k2: float, gamma3: float, gamma1: float, force: float, degree: int = 32
-) -> DiscreteRod:
+) -> DisplacementRod:
     """The rod with these dimensionless stiffnesses and drags under a follower force, on this degree's points.
 
     24 to 32 suffice for the first modes; the round-off of two derivatives grows like degree⁴.
     """
     grid = chebyshev(degree)
     first = grid.first
-    return DiscreteRod(k1, k2, gamma3, gamma1, force, degree, grid.nodes[1:], first[:, 1:], first[1:])
+    return DisplacementRod(k1, k2, gamma3, gamma1, force, degree, grid.nodes[1:], first[:, 1:], first[1:])

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from rodwnl.collocation import DiscreteRod, chebyshev, discretise
+from rodwnl.collocation import DisplacementRod, chebyshev, discretise
 from rodwnl.strainform import follower, integrals, strains, velocities
 
 RODS = [(1e4, 1e4, 1e-4, 37.66), (1e4, 1e2, 1e-2, 27.43), (200.0, 1e4, 1e-4, 155.6)]
 
 
-def bent(rod: DiscreteRod, seed: int = 0) -> np.ndarray:
+def bent(rod: DisplacementRod, seed: int = 0) -> np.ndarray:
     """Three smooth states far from straight."""
     rng = np.random.default_rng(seed)
     a, b, c = 0.3 * rng.standard_normal((3, 3, 1))

@@ -28,11 +28,6 @@ if TYPE_CHECKING:
 
 #: Below this a relative change is rounding: the modes are good to about 1e-11.
 ROUNDING = 1e-9
-NO_THEORY = "no theory follows with it: alpha and beta would hold a quantity that nothing determines"
-
-
-class NoValueError(Exception):
-    """A chain holds a letter that the modes, the constants and the chain itself leave without a value."""
 
 
 @dataclass(frozen=True)
@@ -115,10 +110,7 @@ def effect(row: Row, notation: Notation, theory: Theory) -> dict[str, Any]:
     rods = []
     for point in points():
         before = _coefficients(derived, point)
-        try:
-            after = _coefficients(other, point)
-        except NoValueError:
-            return {"note": NO_THEORY, "rods": []}
+        after = _coefficients(other, point)
         changes = (abs(a - b) / abs(b) for a, b in zip(after, before, strict=True))
         alpha, beta = ("0" if x < ROUNDING else f"{x:.1e}" for x in changes)
         rods.append({"row": point.name, "alpha": alpha, "beta": beta})
@@ -179,16 +171,12 @@ class _Values:
         if a.kind == "sqrt":
             return np.sqrt(self(a.arg))
         if a.kind == "constant":
-            if a.name != "u" and a.name not in self.point.constants:
-                raise NoValueError(a.name)
             return self.point.nodes.u if a.name == "u" else self.point.constants[a.name]
         value = self._shape(a.name, a.u) if a.place is None else self._end(a.name, a.u, a.place)
         return np.conj(value) if a.bar else value
 
     def _shape(self, name: str, u: int) -> Complex:
         if (name, u) not in self.shapes:
-            if u == 0:
-                raise NoValueError(name)
             self.shapes[name, u] = _slope(self._shape(name, u - 1), self.point.nodes)
         return self.shapes[name, u]
 

@@ -96,7 +96,7 @@ def changed(row: Row, notation: Notation, theory: Theory) -> Chain | str:
     except (ArithmeticError, KeyError):
         return "the derivation breaks down with it"
     if isinstance(found, Chain) and not _is_computable(found, theory):
-        return "the equation has no meaning to compute with"
+        return "no theory follows with it: alpha and beta would hold a quantity that nothing determines"
     return found or "it changes the linear problem or the rod itself, and so the thresholds"
 
 
@@ -110,7 +110,8 @@ def _is_computable(chain: Chain, theory: Theory) -> bool:
     functions = ((chain.forcing, first), (chain.tension, second), (chain.g, third))
 
     def known(p: Poly, names: set[str]) -> bool:
-        return all(a.kind in ("sqrt", "inverse", "integral") or a.name in names for a in p.atoms)
+        inner, outer = ("constant", "shape"), ("sqrt", "inverse", "integral")
+        return all(a.kind in outer or (a.kind in inner and a.name in names) for a in p.atoms)
 
     return all(
         known(p, names) and not any(depends_on_u(a) for m in p.terms for a, _ in m)

@@ -97,7 +97,6 @@ def test_a_wrong_sign_is_shown_repaired_and_weighed(capsys, source):
     [
         (r"v_2^{(2)} = \partial_u F_1^{(2)} - \tilde{\mathcal{F}}_c \Pi^{(2)}", "no theory follows"),
         (r"\partial_u x^{(2)} = 0", "no theory follows"),
-        (r"\left.\partial_u x^{(2)}\right|_{u=1} = b_1^{(2)}", "no theory follows"),
         (r"y^{(2)} = A^2 X_2 e^{2 i \omega_c \tau} + |A|^2 X_0 + \mathrm{c.c.}", "no theory follows"),
         (r"\Pi^{(2)} = \partial_u \theta^{(2)} + (\theta^{(1)})^2", "not symmetric under reflection"),
     ],

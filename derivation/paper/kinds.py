@@ -23,6 +23,20 @@ def is_identity(low: Lowering) -> bool:
     return low.notation.quantity(body.left.name) in (*STRAINS, *VELOCITIES)
 
 
+def is_kinematic(low: Lowering) -> bool:
+    """An identity, or one rearranged: strains, velocities and fields of some order, and nu alone."""
+    if is_identity(low):
+        return True
+    ordered = {name for name, order in low.quantities if order}
+    motions = {*STRAINS, *VELOCITIES}
+    return (
+        isinstance(low.equation.body, Relation)
+        and low.place is None
+        and bool(ordered & motions and ordered & set(FIELDS))
+        and low.names <= {*motions, *FIELDS, "nu", "u", "tau", "T", "gamma2_dim", "k3_dim"}
+    )
+
+
 def states_solution(low: Lowering) -> bool:
     """A field of some order on its own on the left, everywhere: the solution at that order."""
     body = low.equation.body
@@ -105,7 +119,7 @@ def is_choice(low: Lowering) -> bool:
 def grounds(low: Lowering) -> str:
     """What an equation that follows was reduced by."""
     n = order_of(low)
-    if is_identity(low):
+    if is_kinematic(low):
         return "identity for generic fields"
     if low.place is not None:
         return f"by the conditions at u = {low.place}"
@@ -142,7 +156,7 @@ def stage_of(equation: Equation, notation: Notation, theory: Theory) -> str:
         return "derivation/solvability.py"
     if group == "amplitude":
         return "derivation/amplitude.py"
-    if is_identity(low) or (group == "exact rod" and names & {"r", "e1", "e2"}):
+    if is_kinematic(low) or (group == "exact rod" and names & {"r", "e1", "e2"}):
         return "derivation/kinematics.py"
     if names & {"X0", "X2", "P0", "P2"} and not names & {"g1", "g3"}:
         return "derivation/corrections.py"

@@ -13,7 +13,7 @@ from derivation.paper.algebra import (
     poly,
 )
 from derivation.paper.byparts import by_parts
-from derivation.paper.kinds import is_identity, order_of, states_solution
+from derivation.paper.kinds import is_kinematic, order_of, states_solution
 from derivation.paper.lower import Lowering
 from derivation.paper.meanings import normal_integrals
 from derivation.paper.reasons import UnfitError
@@ -33,7 +33,7 @@ def shortest(low: Lowering, p: Poly, left: Poly) -> Poly:
 def reduced(low: Lowering, p: Poly, *, keep: frozenset[str] = frozenset()) -> Poly:
     """What is left of a difference modulo what holds where the equation stands."""
     theory = low.theory
-    if is_identity(low):
+    if is_kinematic(low):
         return theory.canonical(p, keep=keep)
     if _has(p, "exact"):
         p = theory.canonical(theory.by_exact_laws(p), keep=keep)

@@ -19,6 +19,8 @@ _EDGE = re.compile(
     r"|(?<!\\)(?P<open>\\\[)|(?<!\\)(?P<close>\\\])|(?<!\\)(?P<dollars>\$\$)|(?<!\\)(?P<dollar>\$)"
 )
 _TABULAR = r"\\begin\{(?P<name>tabular)\}\s*(?:\[[^\]]*\])?\{[^{}]*\}"
+_COLUMNS = re.compile(r"\s*\{[^{}]*\}")  # of an alignat
+_OTHER_FILE = re.compile(r"\\(?:input|include|subfile)\s*\{[^{}]*\}")
 _LABEL = re.compile(r"\\label\s*\{([^{}]*)\}")
 
 
@@ -71,11 +73,15 @@ def scan(text: str) -> Source:
     """Find the displays, tables and inline formulas of a LaTeX source.
 
     Raises:
-        ReadError: a file that is too large, or a display that is not closed (with the line of its beginning).
+        ReadError: a file that is too large or goes on in another one, or a display that is not closed (with
+            the line of its beginning).
     """
     if len(text) > MAX_CHARACTERS:
         raise ReadError(1, f"a file of {len(text)} characters; at most {MAX_CHARACTERS} are read")
     body = _document(_without_comments(text))
+    if other := _OTHER_FILE.search(body):
+        problem = "this file alone is read; put what the other one holds in its place"
+        raise ReadError(_line(body, other.start()), f"{other[0][:60]}: {problem}")
     displays, inline = _formulas(body)
     return Source(tuple(displays), tuple(_tables(body)), tuple(inline))
 
@@ -132,7 +138,8 @@ def _formulas(text: str) -> tuple[list[Display], list[Inline]]:
                 continue
             if kind in (r"\]",) and m["close"]:
                 raise ReadError(_line(text, m.start()), r"\] without \[")
-            opened = (kind, m.start(), m.end())
+            columns = _COLUMNS.match(text, m.end()) if kind == "alignat" else None
+            opened = (kind, m.start(), columns.end() if columns else m.end())
             continue
         if not _closes(m, opened[0]):
             if m["begin"] in DISPLAYS or m["open"] or m["dollars"]:

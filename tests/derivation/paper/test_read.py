@@ -30,6 +30,7 @@ from derivation.paper.syntax import (
     Sym,
 )
 from derivation.paper.tokens import MAX_DEPTH, tokenize
+from derivation.paper.typeset import latex
 
 NOTATION = load()
 BUNDLED = Path(derivation.paper.__file__).with_name("equations.tex")
@@ -246,3 +247,15 @@ def test_a_wrong_notation_is_refused(tmp_path, text, message):
     file.write_text(text, encoding="utf-8")
     with pytest.raises(ReadError, match=message):
         load(file)
+
+
+def test_the_columns_of_an_alignat_are_no_mathematics(notation):
+    (equation,) = read(r"\begin{alignat*}{2} H(1) &= 0 \end{alignat*}", notation).equations
+    assert latex(equation.body) == "H(1) = 0"
+
+
+def test_a_source_that_goes_on_in_another_file_is_refused(notation):
+    text = "\\[ H(1) = 0 \\]\n\\input {more} % \\input{less}\n"
+    with pytest.raises(ReadError, match=r"line 2: \\input \{more\}: this file alone is read"):
+        read(text, notation)
+    assert read(text.replace(r"\input {more}", ""), notation).equations

@@ -15,10 +15,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from rodwnl.batch_characteristic import BLOCK, SMALL, Real, jet, problem_with_slopes
+from rodwnl.batch_characteristic import SMALL, Real, jet, problem_with_slopes
 from rodwnl.batch_rods import Rods
 
 FEWEST, MOST = 64, 1024  # samples per rod
+AT_ONCE = 32768  # samples: of real numbers these fit into the cache
 RESOLVED = 16  # wave number of the buckled shape that so few resolve
 HALVINGS, STEPS = 50, 3  # to find a crossing of E, and to settle one of D
 BACK = 1e-7  # relative step of the difference that tells the sign of E'
@@ -70,7 +71,7 @@ def _groups(rods: Rods, max_force: Real) -> Iterator[tuple[int, NDArray[np.int_]
     counts = FEWEST * 2 ** np.ceil(np.log2(np.clip(wave / RESOLVED, 1, MOST / FEWEST))).astype(int)
     for count in np.unique(counts).tolist():
         same = np.flatnonzero(counts == count)
-        size = max(BLOCK // count, 1)
+        size = max(AT_ONCE // count, 1)
         yield from ((count, same[i : i + size]) for i in range(0, len(same), size))
 
 

@@ -295,7 +295,7 @@ def _compare(item: Comparison, panel: Any, which: int) -> None:
             panel.plot(*zip(*drawn, strict=True), marker, color=RED, markerfacecolor=face, label=label)
     panel.axvline(item.column.coefficients.force, color="0.6", linestyle=":", linewidth=0.7, zorder=0)
     panel.margins(x=0.08)
-    panel.locator_params(axis="x", nbins=5, min_n_ticks=4)
+    panel.locator_params(axis="x", nbins=5, min_n_ticks=3)
 
 
 def smooth_branch(orbits: NDArray[np.float64], between: int = 12) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rodwnl.batch_characteristic import SMALL, Real, jet, problem_with_slopes
 from rodwnl.batch_rods import Rods
+from rodwnl.straightrod import statics
 
 FEWEST, MOST = 64, 1024  # samples per rod
 AT_ONCE = 32768  # samples: of real numbers these fit into the cache
@@ -36,17 +37,10 @@ def steady_crossings(rods: Rods, max_force: Real) -> tuple[NDArray[np.int_], Rea
 
 def static_balance(rods: Rods, force: Real) -> Real:
     """E(F) = 1 − (ay μ/(2 K2 K3)) sinc²(p/2) − (aθ/K3) sinc(p), also where p = 0."""
-    straight = rods.at(force)
-    *explicit, load, _ = straight("straight_rod")
-    nu = explicit[0] if explicit else straight.values["nu"]
-    mu = straight("base_state")
-    mu = mu[-1] if isinstance(mu, tuple) else mu
-    _, K2, by_angle, _ = straight("y_tip_row", lam=0.0)
-    _, _, by_twist, K3 = straight("theta_tip_row", lam=0.0)
-    half = np.sqrt(mu * load / (K2 * K3)) / 2
-    ay, atheta = -by_angle - K2 * nu, -by_twist
-    bent = ay * mu / (2 * K2 * K3) * np.sinc(half / np.pi) ** 2
-    return np.asarray(1 - bent - atheta / K3 * np.sinc(2 * half / np.pi))
+    at = statics(rods.at(force), 0.0)
+    half = np.sqrt(at.mu * at.load / (at.K2 * at.K3)) / 2
+    bent = at.ay * at.mu / (2 * at.K2 * at.K3) * np.sinc(half / np.pi) ** 2
+    return np.asarray(1 - bent - at.atheta / at.K3 * np.sinc(2 * half / np.pi))
 
 
 def _slope(rods: Rods, force: Real) -> Real:

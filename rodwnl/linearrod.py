@@ -77,11 +77,10 @@ def linear_rod(rod: RodParameters, force: Scalar) -> LinearRod:
                 f"{name} = {leading(ball).real.str(6)} is not surely positive"
             )
     found.pop("K1", None)
-    mu = straight("base_state")
     slopes = [_slopes(straight, name) for name in ("theta", *RATES)]
     return LinearRod(
         **found,
-        mu=mu[-1] if isinstance(mu, tuple) else mu,
+        mu=straight.mu,
         load=load,
         by_angle=slopes[0],
         by_rate=((slopes[1][0], slopes[2][0]), (slopes[1][1], slopes[2][1])),

@@ -21,6 +21,7 @@ from rodwnl.errors import ComputationError
 from rodwnl.exact import GUARD, MpNumbers, checked_digits
 from rodwnl.fields import Scalar
 from rodwnl.parameters import RodParameters
+from rodwnl.straightrod import statics
 from rodwnl.uniformrod import uniform_rod
 
 TOUCH_DIGITS = 50  # to which E vanishes where it is said to touch 0
@@ -40,17 +41,9 @@ class Extremum:
 
 def static_balance(rod: RodParameters, force: Scalar) -> Scalar:
     """E(F), at the working precision of the moment."""
-    straight = uniform_rod(rod, force, MpNumbers())
-    *explicit, load, _ = straight("straight_rod")
-    nu = explicit[0] if explicit else straight.values["nu"]
-    mu = straight("base_state")
-    mu = mu[-1] if isinstance(mu, tuple) else mu
-    still = {"lam": mp.mpf(0)}
-    _, K2, by_angle, _ = straight("y_tip_row", **still)
-    _, _, by_twist, K3 = straight("theta_tip_row", **still)
-    p = mp.sqrt(mu * load / (K2 * K3))
-    ay, atheta = -by_angle - K2 * nu, -by_twist
-    return 1 - ay / load * (1 - mp.cos(p)) - atheta / K3 * mp.sincpi(p / mp.pi)
+    at = statics(uniform_rod(rod, force, MpNumbers()), mp.mpf(0))
+    p = mp.sqrt(at.mu * at.load / (at.K2 * at.K3))
+    return 1 - at.ay / at.load * (1 - mp.cos(p)) - at.atheta / at.K3 * mp.sincpi(p / mp.pi)
 
 
 def steady_force(rod: RodParameters, near: float, digits: int) -> Scalar:

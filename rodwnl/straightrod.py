@@ -76,6 +76,12 @@ class StraightRod:
         return nu, (at_clamp - at_tip) / self("stretch_stiffness", u=u)
 
     @property
+    def mu(self) -> Any:
+        """μ = K2ν + P of a rod of uniform stretch."""
+        found = self("base_state")
+        return found[-1] if isinstance(found, tuple) else found
+
+    @property
     def varies_implicitly(self) -> bool:
         """Whether ν is a function of u that the force does not give explicitly."""
         return {"u", "nu"} <= set(arguments(self.functions.straight_rod))
@@ -92,6 +98,31 @@ class StraightRod:
                 )
             self._solved[key] = nu[()]
         return self._solved[key]
+
+
+@dataclass(frozen=True)
+class Statics:
+    """Constants of the linear problem at λ = 0 of a rod of uniform stretch.
+
+    load: the compression. ay, atheta: derivatives of the tip load (F2, M) in the angle. As rodwnl/steady.py
+    has them.
+    """
+
+    K2: Any
+    K3: Any
+    mu: Any
+    load: Any
+    ay: Any
+    atheta: Any
+
+
+def statics(straight: StraightRod, zero: Any) -> Statics:
+    """The constants of a rod of uniform stretch, in its own numbers; zero: 0 among them."""
+    *explicit, load, _ = straight("straight_rod")
+    nu = explicit[0] if explicit else straight.values["nu"]
+    _, K2, by_angle, _ = straight("y_tip_row", lam=zero)
+    _, _, by_twist, K3 = straight("theta_tip_row", lam=zero)
+    return Statics(K2, K3, straight.mu, load, -by_angle - K2 * nu, -by_twist)
 
 
 def arguments(function: Callable[..., Any]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ import mpmath as mp
 
 from rodwnl.closedresponses import ClosedResponses, cramer
 from rodwnl.errors import ComputationError
-from rodwnl.exact import GUARD, MpNumbers, checked_digits
+from rodwnl.exact import GUARD, MpNumbers, checked_digits, digits_agreed, same_texts
 from rodwnl.fields import Exponents, Field, Scalar, particular
 from rodwnl.parameters import RodParameters
 from rodwnl.responses import is_resonant, terms
@@ -37,12 +37,8 @@ class ExactPitchfork:
     force: Scalar
     alpha: Scalar
     beta: Scalar
+    y_tip2_slope: Scalar
     digits: int
-
-    @property
-    def y_tip2_slope(self) -> Scalar:
-        """Of the buckled state's squared tip displacement in the force."""
-        return -self.beta / self.alpha
 
     @property
     def crossing(self) -> Literal["destabilizing", "restabilizing"]:
@@ -56,10 +52,10 @@ class ExactPitchfork:
 
 
 def exact_pitchfork(rod: RodParameters, force: Scalar, digits: int = 30) -> ExactPitchfork:
-    """The steady crossing near a force and its α, β, to `digits` correct digits: two precisions agree.
+    """The steady crossing near a force and its α, β, to `digits` correct digits.
 
-    Raises InputError for digits outside 1…10000, ComputationError where there is no steady crossing, or the
-    digits cannot be reached.
+    Correct: two working precisions agree on all of them and round alike. Raises InputError for digits outside
+    1…10000, ComputationError where there is no steady crossing, or the digits cannot be reached.
     """
     digits = checked_digits(digits)
     working = digits + GUARD
@@ -68,8 +64,8 @@ def exact_pitchfork(rod: RodParameters, force: Scalar, digits: int = 30) -> Exac
         working += GUARD
         fine = _evaluate(rod, coarse.force, digits, working)
         with mp.workdps(working):
-            pairs = [(getattr(coarse, name), getattr(fine, name)) for name in ("force", "alpha", "beta")]
-            if all(abs(a - b) <= mp.mpf(10) ** -(digits + 2) * abs(b) for a, b in pairs):
+            numbers = _numbers(coarse), _numbers(fine)
+            if digits_agreed(*numbers) >= digits + 2 and same_texts(*numbers, digits):
                 return fine
         coarse, working = fine, working + digits
     raise ComputationError(
@@ -82,7 +78,12 @@ def _evaluate(rod: RodParameters, force: Scalar, digits: int, working: int) -> E
     force = steady_force(rod, force, working)
     with mp.workdps(working):
         found = _Steady(rod, force).solve()
-        return ExactPitchfork(force, found["c300"].real, found["c101"].real, digits)
+        alpha, beta = found["c300"].real, found["c101"].real
+        return ExactPitchfork(force, alpha, beta, -beta / alpha, digits)
+
+
+def _numbers(p: ExactPitchfork) -> list[Scalar]:
+    return [p.force, p.alpha, p.beta, p.y_tip2_slope]
 
 
 class _Steady(ClosedResponses):

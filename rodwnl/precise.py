@@ -97,10 +97,10 @@ def print_exact(
         for entry, equation in zip(entries, beyond, strict=False):
             entry |= exact_order_entry(equation)
         whole = document(search, entries)
-        for entry, found_ in zip(whole.get("steady", []), steady, strict=True):
+        for entry, one in zip(whole.get("steady", []), steady, strict=True):
             crossing = entry["crossing"]
             entry.clear()
-            entry |= _steady_entry(found_, digits) | {"omega": "0", "crossing": crossing, "digits": digits}
+            entry |= _steady_entry(one, digits) | {"omega": "0", "crossing": crossing, "digits": digits}
         print_json(whole)
         return
     print("\n".join(sentences(search)))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from rodwnl.output import print_table
+from rodwnl.output import full_texts, print_table
 from rodwnl.parameters import RodParameters
 from rodwnl.report import cell, heading
 
@@ -45,7 +45,7 @@ def orbit_entry(orbit: Orbit) -> dict[str, Any]:
         "omega": repr(orbit.omega),
         "stable": orbit.stable,
         "harmonics": [repr(value) for value in orbit.harmonics],
-        "multipliers": [[repr(value.real), repr(value.imag)] for value in orbit.multipliers],
+        "multipliers": [full_texts(value) for value in orbit.multipliers],
         "residual": repr(orbit.residual),
         "error": {"relative": repr(orbit.error), "multipliers": repr(orbit.multiplier_error)},
         "grid": {"phases": orbit.cycle.system.count, "degree": orbit.cycle.system.degree},

@@ -36,6 +36,11 @@ def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]], title: s
     print("\n".join(line.rstrip() for line in capture.get().splitlines()))
 
 
+def full_texts(value: complex) -> str | list[str]:
+    """A number in JSON: the text that reads back to the same double; of a complex one, both parts' texts."""
+    return [repr(value.real), repr(value.imag)] if isinstance(value, complex) else repr(float(value))
+
+
 def number(value: float, error: float = 0.0, digits: int = 12) -> str:
     """A number rounded to the last place that an absolute error leaves certain, at most `digits` digits.
 

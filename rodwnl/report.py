@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from rodwnl.output import complex_number, number
+from rodwnl.output import complex_number, full_texts, number
 from rodwnl.parameters import PLAIN, RodParameters, decimal_text
 
 if TYPE_CHECKING:
@@ -188,18 +188,14 @@ def landau_entry(c: "LandauCoefficients", plain: bool = True) -> dict[str, Any]:
     }
     residuals = {name: repr(r) for name, r in c.residuals.items()} | {"threshold": entry.pop("residual")}
     return entry | {
-        "alpha": _pair(c.alpha),
-        "beta": _pair(c.beta),
+        "alpha": full_texts(c.alpha),
+        "beta": full_texts(c.beta),
         "criticality": c.criticality,
         "A_tip2_slope": repr(c.A_tip2_slope),
         "omega_slope": repr(c.omega_slope),
-        "alpha_parts": dict(zip(of_alpha, map(_pair, c.alpha_parts), strict=True)),
-        "beta_parts": dict(zip(of_beta, map(_pair, c.beta_parts), strict=True)),
+        "alpha_parts": dict(zip(of_alpha, map(full_texts, c.alpha_parts), strict=True)),
+        "beta_parts": dict(zip(of_beta, map(full_texts, c.beta_parts), strict=True)),
         "error": error,
         "residuals": residuals,
         "working_digits": c.working_digits,
     }
-
-
-def _pair(value: complex) -> list[str]:
-    return [repr(value.real), repr(value.imag)]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from rodwnl import __version__
-from rodwnl.output import complex_number, number
+from rodwnl.output import complex_number, full_texts, number
 from rodwnl.progress import Watch, silent
 from rodwnl.storage import replacing, require, require_writable
 from rodwnl.tables import Cell, PrintedRow, compared_rows
@@ -154,12 +154,8 @@ def document(made: Reproduction) -> dict[str, Any]:
 
 def _entry(cell: Cell) -> dict[str, Any]:
     texts = ("table", "row", "column", "method", "printed", "computed", "status", "remark")
-    values = {"value": _texts(cell.value), "independent": _texts(cell.independent)}
+    values = {"value": full_texts(cell.value), "independent": full_texts(cell.independent)}
     return {name: getattr(cell, name) for name in texts} | values | {"agreement": cell.agreement}
-
-
-def _texts(value: complex) -> str | list[str]:
-    return [repr(value.real), repr(value.imag)] if isinstance(value, complex) else repr(float(value))
 
 
 def made_from() -> dict[str, str]:

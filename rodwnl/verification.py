@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rodwnl.errors import InputError
+from rodwnl.output import full_texts
 from rodwnl.parameters import RodParameters
 from rodwnl.spectrum import hopf_thresholds
 from rodwnl.tables import Cell, PrintedRow, compare_rows, compared_rows, printed_rows
@@ -217,13 +218,9 @@ def _cell(c: Cell) -> dict[str, Any]:
         "method": c.method,
         "printed": c.printed,
         "computed": c.computed,
-        "value": _texts(c.value),
-        "independent": _texts(c.independent),
+        "value": full_texts(c.value),
+        "independent": full_texts(c.independent),
         "agreement": c.agreement,
         "status": c.status,
         "remark": c.remark,
     }
-
-
-def _texts(value: complex) -> str | list[str]:
-    return [repr(value.real), repr(value.imag)] if isinstance(value, complex) else repr(float(value))

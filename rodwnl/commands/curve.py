@@ -7,7 +7,7 @@ import typer
 from rodwnl import kernels
 from rodwnl.errors import InputError
 from rodwnl.options import Json, Model, Parameter, read_model
-from rodwnl.output import complex_number, number, print_json, print_table
+from rodwnl.output import complex_number, full_texts, number, print_json, print_table
 from rodwnl.parameters import PLAIN, RodParameters, decimal_text, exact, positive, shown
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def _rod(given: dict[str, str | None], varied: dict[str, float]) -> RodParameter
 def _point(p: "SpecialPoint", rod: RodParameters, names: list[str]) -> dict[str, Any]:
     values = rod.texts() | {name: repr(p.rod[name]) for name in names}
     second = {} if p.omega2 is None else {"omega2": repr(p.omega2)}
-    coefficients = {name: [repr(z.real), repr(z.imag)] for name, z in (("alpha", p.alpha), ("beta", p.beta))}
+    coefficients = {name: full_texts(z) for name, z in (("alpha", p.alpha), ("beta", p.beta))}
     whole = {"type": p.type} | values | {"force": repr(p.force), "omega": repr(p.omega)} | second
     return whole | coefficients | {"relative_error": repr(p.error)}
 
